@@ -8,8 +8,8 @@
 #include <algorithm>
 #include <limits>
 
-#include "app/common/raise.hpp"
 #include "app/schema/keys.hpp"
+#include "surface/error.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -88,7 +88,7 @@ void refuse_assignment(std::string_view text) {
             continue;
         }
         if (i > 0 && (text[i - 1] == '<' || text[i - 1] == '>' || text[i - 1] == '!')) continue;
-        raise<ExpressionError>("{}: an expression sets nothing; compare with ==", place_in(text, i + 1));
+        throw ExpressionError("{}: an expression sets nothing; compare with ==", place_in(text, i + 1));
     }
 }
 

@@ -6,9 +6,9 @@
 #include <numbers>
 #include <set>
 
-#include "app/common/raise.hpp"
 #include "app/models/formula_parts.hpp"
 #include "app/models/particles.hpp"
+#include "surface/error.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -230,7 +230,7 @@ void add_functions(const std::shared_ptr<const Formula>& formula, bool fixed_sti
         const std::span<const double> values = formula->names.values(point);
         const double speed = evaluate(law, formula->names, point, values);
         if (speed > 0.0 && !formula->grows)
-            raise<NumericsError>(
+            throw NumericsError(
                 "{} = \"{}\" is positive on {}, where {}, and no film is named to grow: give the step deposit, or "
                 "keep the rate at 0 or below",
                 law.key, law.expression.text(), place_of(formula->names, point, values),

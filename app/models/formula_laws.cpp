@@ -8,7 +8,7 @@
 #include <cmath>
 #include <unsupported/Eigen/MatrixFunctions>
 
-#include "app/common/raise.hpp"
+#include "surface/error.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -147,7 +147,7 @@ double evaluate(const Law& law, const Names& names, const SurfacePoint& point,
                 std::span<const double> values) {
     const double value = law.expression(values);
     if (std::isfinite(value)) return value;
-    raise<NumericsError>(
+    throw NumericsError(
         "{} = \"{}\" is {} on {}, where {}: {}", law.key, law.expression.text(),
         std::isnan(value) ? "not a number" : "infinite", place_of(names, point, values),
         named_values(law, names, values),
@@ -173,8 +173,8 @@ namespace {
 
 [[noreturn]] void refuse_unsettled(const Formula& formula, const SurfacePoint& point, const Law& law,
                                    std::span<const double> values) {
-    raise<NumericsError>("{} = \"{}\" does not settle on {}, where {}", law.key, law.expression.text(),
-                         place_of(formula.names, point, values), named_values(law, formula.names, values));
+    throw NumericsError("{} = \"{}\" does not settle on {}, where {}", law.key, law.expression.text(),
+                        place_of(formula.names, point, values), named_values(law, formula.names, values));
 }
 
 // Coverages that are in steady state with the fluxes and with the others, in the list of values.
@@ -214,9 +214,9 @@ void refuse_edge(const Formula& formula, const SurfacePoint& point, std::span<co
             for (std::size_t j = 0; j < rate.size(); ++j) {
                 if (std::isfinite(rate[j])) continue;
                 const Law& law = *formula.slow[formula.moving[j]];
-                raise<NumericsError>("{} = \"{}\" ends on {}, where {}, and is not a number beyond: {}",
-                                     law.key, law.expression.text(), place_of(formula.names, point, values),
-                                     named_values(law, formula.names, values), kKeepAbove);
+                throw NumericsError("{} = \"{}\" ends on {}, where {}, and is not a number beyond: {}",
+                                    law.key, law.expression.text(), place_of(formula.names, point, values),
+                                    named_values(law, formula.names, values), kKeepAbove);
             }
         }
 }
@@ -263,10 +263,9 @@ double diffusivity(const Formula& formula, std::size_t k, const SurfacePoint& po
     const std::span<const double> values = formula.names.values(point);
     const double d = evaluate(law, formula.names, point, values);
     if (d >= 0.0) return d;
-    raise<NumericsError>(
-        "{} = \"{}\" is {:.6g} on {}, where {}: a diffusion coefficient must not be negative", law.key,
-        law.expression.text(), d, place_of(formula.names, point, values),
-        named_values(law, formula.names, values));
+    throw NumericsError("{} = \"{}\" is {:.6g} on {}, where {}: a diffusion coefficient must not be negative",
+                        law.key, law.expression.text(), d, place_of(formula.names, point, values),
+                        named_values(law, formula.names, values));
 }
 
 bool solve_coverages(const CoverageFunction& f, std::span<double> theta) {

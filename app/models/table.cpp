@@ -8,7 +8,7 @@
 #include <limits>
 #include <numbers>
 
-#include "app/common/raise.hpp"
+#include "surface/error.hpp"
 #include "surface/files/file.hpp"
 
 namespace sidewall::app {
@@ -48,13 +48,13 @@ const std::vector<double>& column_of(const CsvTable& csv, const char* name, cons
         std::vector<std::string> names;
         names.reserve(csv.columns.size());
         for (const CsvColumn& column : csv.columns) names.push_back(surface::printable(column.name));
-        raise<FileError>("{}: has no column {}; a source has {}, and this file {}", csv.file, name, all,
-                         fmt::join(names, ", "));
+        throw FileError("{}: has no column {}; a source has {}, and this file {}", csv.file, name, all,
+                        fmt::join(names, ", "));
     }
     constexpr std::string_view kUnits[] = {"", "eV", "deg", "degree", "degrees", "\xc2\xb0"};
     if (std::ranges::find(kUnits, found->unit) == std::end(kUnits))
-        raise<FileError>("{}: {} is in {}: give angles in degree and energies in eV", csv.file, name,
-                         surface::printable(found->unit));
+        throw FileError("{}: {} is in {}: give angles in degree and energies in eV", csv.file, name,
+                        surface::printable(found->unit));
     return numbers_of(*found);
 }
 
@@ -62,7 +62,7 @@ const std::vector<double>& column_of(const CsvTable& csv, const char* name, cons
 std::vector<flux::SourceBin> shared_out(std::vector<flux::SourceBin> bins, double total,
                                         const std::string& file) {
     if (!(total > 0.0) || !std::isfinite(total))
-        raise<FileError>("{}: its weights add up to {:g}", file, total);
+        throw FileError("{}: its weights add up to {:g}", file, total);
     for (flux::SourceBin& bin : bins) bin.until /= total;
     bins.back().until = 1.0;
     return bins;
@@ -83,7 +83,7 @@ std::vector<flux::SourceBin> bins_of_histogram(const CsvTable& csv, bool energie
                                         energy_to[r] > 0.0 && energy_to[r] <= 1e6);
         const bool angles = angle_from[r] >= 0.0 && angle_to[r] >= angle_from[r] && angle_to[r] < 90.0;
         if (!rise || !angles || !(weight[r] >= 0.0))
-            raise<FileError>(
+            throw FileError(
                 "{}: row {} of the bins: {} must rise within [0, 90) degrees, and the weight must be 0 or more",
                 csv.file, r + 1, energies ? "energies must rise within [0, 1e6] eV, angles" : "angles");
         if (weight[r] == 0.0) continue;
@@ -111,28 +111,28 @@ Table read_table(const std::filesystem::path& path, const Units& units) {
     CsvTable csv = read_csv(path);
     convert_columns(csv, units);
     if (csv.columns.size() != 2 && csv.columns.size() != 3)
-        raise<FileError>("{}: has {} columns; a table has one or two of arguments and one of values",
-                         path.string(), csv.columns.size());
+        throw FileError("{}: has {} columns; a table has one or two of arguments and one of values",
+                        path.string(), csv.columns.size());
     Table table;
     table.first = axis_of(numbers_of(csv.columns[0]));
     if (csv.columns.size() == 3) table.second = axis_of(numbers_of(csv.columns[1]));
     const std::size_t stride = std::max<std::size_t>(table.second.size(), 1),
                       rows = csv.columns[0].values.size();
     if (table.first.size() > rows || table.first.size() * stride != rows)
-        raise<FileError>("{}: has {} rows for a grid of {} by {}: every combination once", path.string(),
-                         rows, table.first.size(), stride);
+        throw FileError("{}: has {} rows for a grid of {} by {}: every combination once", path.string(), rows,
+                        table.first.size(), stride);
     table.values.assign(rows, std::numeric_limits<double>::quiet_NaN());
     for (std::size_t r = 0; r < rows; ++r) {
         const std::size_t i = index_on(table.first, csv.columns[0].values[r]);
         const std::size_t k = table.second.empty() ? 0 : index_on(table.second, csv.columns[1].values[r]);
         double& value = table.values[i * stride + k];
         if (!std::isnan(value))
-            raise<FileError>("{}: has two values at {} = {:.6g}{}", path.string(),
-                             surface::printable(csv.columns[0].name), csv.columns[0].values[r],
-                             table.second.empty()
-                                 ? ""
-                                 : fmt::format(", {} = {:.6g}", surface::printable(csv.columns[1].name),
-                                               csv.columns[1].values[r]));
+            throw FileError("{}: has two values at {} = {:.6g}{}", path.string(),
+                            surface::printable(csv.columns[0].name), csv.columns[0].values[r],
+                            table.second.empty()
+                                ? ""
+                                : fmt::format(", {} = {:.6g}", surface::printable(csv.columns[1].name),
+                                              csv.columns[1].values[r]));
         value = numbers_of(csv.columns.back())[r];
     }
     return table;
@@ -156,7 +156,7 @@ std::vector<flux::SourceBin> bins_of_intensity(const CsvTable& csv) {
     for (std::size_t r = 0; r < angle.size(); ++r)
         if (!(angle[r] >= 0.0 && angle[r] <= 90.0) || !(intensity[r] >= 0.0) ||
             (r > 0 && angle[r] <= angle[r - 1]))
-            raise<FileError>(
+            throw FileError(
                 "{}: row {}: angles must rise within [0, 90] degrees, and the intensity must "
                 "be 0 or more",
                 csv.file, r + 1);
@@ -190,8 +190,8 @@ std::vector<flux::SourceBin> read_source_angles(const std::filesystem::path& pat
         return std::ranges::find(csv.columns, name, &CsvColumn::name) != csv.columns.end();
     };
     if (has("energy_from") || has("energy_to"))
-        raise<FileError>("{}: has energies, which only ions have; drop these columns, or set kind = \"ion\"",
-                         path.string());
+        throw FileError("{}: has energies, which only ions have; drop these columns, or set kind = \"ion\"",
+                        path.string());
     if (has("intensity")) return bins_of_intensity(csv);
     return bins_of_histogram(csv, false, "angle_from, angle_to and weight, or angle and intensity");
 }

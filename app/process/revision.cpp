@@ -7,10 +7,10 @@
 #include <limits>
 #include <tuple>
 
-#include "app/common/raise.hpp"
 #include "app/recipe/effective_recipe.hpp"
 #include "app/recipe/figure_names.hpp"
 #include "app/recipe/steps.hpp"
+#include "surface/error.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -47,7 +47,7 @@ void refuse_differences(const std::string& where, const std::vector<std::string>
     constexpr std::size_t kMost = 5;
     std::vector<std::string> shown(list.begin(), list.begin() + std::min(kMost, list.size()));
     if (list.size() > kMost) shown.push_back(fmt::format("{} more", list.size() - kMost));
-    raise<FileError>("the recipes differ in {}{}", where, fmt::join(shown, ", "));
+    throw FileError("the recipes differ in {}{}", where, fmt::join(shown, ", "));
 }
 
 bool comes_earlier(const std::optional<double>& now, const std::optional<double>& there) {
@@ -106,8 +106,8 @@ void require_revision(const Recipe& recipe, const Recipe& began_with, const RunS
     std::erase_if(list, may_change);
     const std::vector<Step> now = expanded_steps(recipe), there = expanded_steps(began_with);
     if (now.size() <= state.step)
-        raise<RecipeError>("{}: the recipe has {} steps now, and the run is in step {}", recipe.file,
-                           now.size(), state.step + 1);
+        throw RecipeError("{}: the recipe has {} steps now, and the run is in step {}", recipe.file,
+                          now.size(), state.step + 1);
     const auto add = [&](std::size_t k, const Step& expected) {
         for (const std::string& difference : differences(now[k], expected))
             list.push_back(fmt::format("step {} ({}): {}", k + 1, now[k].name, difference));
@@ -119,7 +119,7 @@ void require_revision(const Recipe& recipe, const Recipe& began_with, const RunS
         list.push_back(fmt::format("step {} ({}): duration = {:.6g} (there {:.6g} are done)", state.step + 1,
                                    now[state.step].name, duration, done));
     if (!list.empty())
-        raise<RecipeError>(
+        throw RecipeError(
             "{}: cannot change while the run goes on: {}; change flux (but its method), simplify, "
             "advection, values of the step at hand, or later steps",
             recipe.file, fmt::join(list, ", "));
@@ -131,7 +131,7 @@ void extend(RunState& state, const Recipe& recipe, const Recipe& began_with) {
     const bool finished = state.step >= there.size();
     const std::size_t last = finished ? there.size() - 1 : state.step;
     if (now.size() <= last)
-        raise<FileError>("this recipe has {} steps, and the run there is in step {}", now.size(), last + 1);
+        throw FileError("this recipe has {} steps, and the run there is in step {}", now.size(), last + 1);
     for (std::size_t k = 0; k < last; ++k)
         refuse_differences(fmt::format("step {} ({}): ", k + 1, now[k].name), differences(now[k], there[k]));
     const std::string where = fmt::format("step {} ({}): ", last + 1, now[last].name);

@@ -1,6 +1,6 @@
 #include "app/process/run_options.hpp"
 
-#include "app/common/raise.hpp"
+#include "surface/error.hpp"
 
 namespace sidewall::app {
 
@@ -8,7 +8,7 @@ Model model_with_law(const Recipe& recipe, const CallerLaw& law, const Step& ste
     Model model = *step.built;
     if (!law) return model;
     if (model.depends_on_normal)
-        raise<RecipeError>(
+        throw RecipeError(
             "{}: step {}: no other law can stand for a speed that turns with the normal, as that of {}",
             recipe.file, step.name, step.model);
     Model plain = model;

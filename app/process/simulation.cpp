@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "app/common/console.hpp"
-#include "app/common/raise.hpp"
 #include "app/models/geometric_steps.hpp"
 #include "app/process/arriving/coverages.hpp"
 #include "app/process/arriving/flux_methods.hpp"
@@ -31,6 +30,7 @@
 #include "levelset/layers/stack.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "levelset/motion/speed_features.hpp"
+#include "surface/error.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -339,7 +339,7 @@ RunResult make_run(const Run& run, RunState& state) {
     } catch (const IoError& error) {
         if (options.resume_command.empty() || !std::filesystem::exists(options.output / "checkpoint.vdb"))
             throw;
-        raise<IoError>("{}; then go on with: {}", error.what(), options.resume_command);
+        throw IoError("{}; then go on with: {}", error.what(), options.resume_command);
     }
 }
 

@@ -10,7 +10,6 @@
 #include <set>
 
 #include "app/common/json.hpp"
-#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/process/revision.hpp"
 #include "app/recipe/effective_recipe.hpp"
@@ -18,6 +17,7 @@
 #include "levelset/layers/checkpoint.hpp"
 #include "levelset/layers/level_features.hpp"
 #include "levelset/layers/make_stack.hpp"
+#include "surface/error.hpp"
 #include "surface/files/file.hpp"
 
 // A place is a list of its coordinates, a box one of its corners.
@@ -96,7 +96,7 @@ void RunState::advance(double dt, double stop) {
     constexpr double kLost = 0.1;  // of dt, which rounding may take from it or add to it
     const double after = time + dt;
     if (!(std::abs(after - time - dt) <= kLost * dt))
-        raise<NumericsError>(
+        throw NumericsError(
             "a time step of {:.3g} is lost in the rounding of the time, {:.6g}: shorten the step or lower its rates",
             dt, time);
     time = stop - after <= 1e-9 * dt ? stop : after;
@@ -139,7 +139,7 @@ std::string with_files_as_now(std::string text, const std::vector<InputFile>& th
         const auto namesake = std::find_if(now.begin(), now.end(),
                                            [&](const InputFile& file) { return name(file) == name(old); });
         if (same == now.end() && namesake != now.end())
-            raise<FileError>("{} is not what it was", namesake->path);
+            throw FileError("{} is not what it was", namesake->path);
         if (same == now.end() || same->path == old.path) continue;
         const std::string from = toml_text(old.path), to = toml_text(same->path);
         for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())

@@ -6,12 +6,12 @@
 #include <cmath>
 #include <limits>
 
-#include "app/common/raise.hpp"
 #include "app/process/endpoint.hpp"
 #include "app/recipe/figure_names.hpp"
 #include "app/recipe/recipe_domain.hpp"
 #include "app/results/figure_values.hpp"
 #include "levelset/meshes/extract.hpp"
+#include "surface/error.hpp"
 #include "surface/ray_scene.hpp"
 
 namespace sidewall::app {
@@ -80,7 +80,7 @@ constexpr double kMostTimeSteps = 1e7;
 void refuse_endless(const Recipe& recipe, const Step& step, double left, double speed, double spacing) {
     const double count = left * speed / (recipe.advection.cfl * spacing);
     if (count > kMostTimeSteps)
-        raise<RecipeError>(
+        throw RecipeError(
             "{}: step {}: the surface moves at {:.3g} {}/{}, so that its {:g} {} would take {:.2g} time steps, over "
             "{:g}: check its rates and duration, or use a larger advection.cfl or domain.grid_spacing",
             recipe.file, step.name, speed, recipe.domain.length_unit, recipe.domain.time_unit, step.duration,
@@ -193,7 +193,8 @@ void advect(const Recipe& recipe, const Model& model, const std::vector<levelset
                            return levelset::max_speed(stack, motion) > 0.0;
                        });
     if (!moves) return;
-    const auto seconds = levelset::advect(stack, motions, next.dt, scheme_for(motions.front().law, recipe.advection));
+    const auto seconds =
+        levelset::advect(stack, motions, next.dt, scheme_for(motions.front().law, recipe.advection));
     timing.advect += seconds.advect;
     timing.redistance += seconds.redistance;
 }

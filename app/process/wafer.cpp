@@ -8,7 +8,6 @@
 #include <limits>
 #include <set>
 
-#include "app/common/raise.hpp"
 #include "app/models/geometric_steps.hpp"
 #include "app/models/model.hpp"
 #include "app/process/events.hpp"
@@ -21,6 +20,7 @@
 #include "levelset/layers/make_stack.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "levelset/meshes/face_points.hpp"
+#include "surface/error.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -45,7 +45,7 @@ void refuse_folded(const levelset::MaterialStack& stack, const std::string& file
     try {
         levelset::extract_surface(stack);
     } catch (const NumericsError&) {
-        raise<GeometryError>(
+        throw GeometryError(
             "{}: the wafer of this mesh has no closed surface: faces that fold over one another do that, as of polygons "
             "that are not convex cut into a fan; export it with its polygons, or triangulated anew",
             file);
@@ -105,7 +105,7 @@ void refuse_to_lose_all(const Recipe& recipe, const Step& step, const levelset::
     const double height = geometric_step(step.parameters)->height, lowest = lowest_of_substrate(stack);
     constexpr double kNear = 1e-2;  // in grid spacings
     if (height < lowest - kNear * stack.domain.spacing)
-        raise<RecipeError>(
+        throw RecipeError(
             "{}: step {}: height = {:g}: lies below the whole wafer, whose substrate's surface goes down to {:.4g} "
             "by then: nothing of its shape would be left; polish above that",
             recipe.file, step.name, height, lowest);
@@ -150,7 +150,7 @@ levelset::MaterialStack stack_of_run(const Recipe& recipe, const std::function<b
         try {  // the reader knew of no materials but those of films
             require_values(here, recipe.materials);
         } catch (const KeyError& error) {
-            raise<RecipeError>("{}: {}.{}", recipe.file, here.path, error.what());
+            throw RecipeError("{}: {}.{}", recipe.file, here.path, error.what());
         }
     }
     give_levels(recipe, stack);
@@ -237,7 +237,7 @@ void require_values(const Recipe& recipe, const Step& step, const levelset::Mate
     try {
         require_values({step.name, &step, layer_materials(stack)}, recipe.materials);
     } catch (const KeyError& error) {
-        raise<RecipeError>("{}: step {}: {}", recipe.file, step.name, error.what());
+        throw RecipeError("{}: step {}: {}", recipe.file, step.name, error.what());
     }
 }
 

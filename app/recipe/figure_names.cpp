@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/recipe/recipe_domain.hpp"
+#include "surface/error.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -112,7 +112,7 @@ int bare_material(const Recipe& recipe, const std::string& name) {
 }
 
 [[noreturn]] void refuse(const Recipe& recipe, const std::string& name, const std::string& option) {
-    raise<RecipeError>("{} {}: no run measures that{}", option, name, nearest_figure(recipe, name));
+    throw RecipeError("{} {}: no run measures that{}", option, name, nearest_figure(recipe, name));
 }
 
 }  // namespace
@@ -244,17 +244,17 @@ void want_measure(Recipe& recipe, const std::string& name, const std::string& op
         }
     }
     if (*wanted == "cd" && recipe.metrology.cd_depths.empty())
-        raise<RecipeError>("{} {}: is measured at depths: name one, e.g. cd_at_0.5", option, name);
+        throw RecipeError("{} {}: is measured at depths: name one, e.g. cd_at_0.5", option, name);
 }
 
 void want_figure(Recipe& recipe, const std::string& name, const std::string& option,
                  const std::string& text) {
     want_measure(recipe, name, option);
     if (is_figure(recipe, name)) return;
-    raise<RecipeError>("{} {}: {} stands for several figures: name one, e.g. {}", option, text, name,
-                       name == "film" ? "film_side"
-                       : name == "cd" ? "cd_at_0.5"
-                                      : "scallop_depth");
+    throw RecipeError("{} {}: {} stands for several figures: name one, e.g. {}", option, text, name,
+                      name == "film" ? "film_side"
+                      : name == "cd" ? "cd_at_0.5"
+                                     : "scallop_depth");
 }
 
 }  // namespace sidewall::app

@@ -5,13 +5,13 @@
 #include <cmath>
 #include <limits>
 
-#include "app/common/raise.hpp"
 #include "app/recipe/layer_checks.hpp"
 #include "app/recipe/layers.hpp"
 #include "app/recipe/polygon_checks.hpp"
 #include "app/recipe/profile_csv.hpp"
 #include "app/recipe/reader.hpp"
 #include "app/recipe/recipe_domain.hpp"
+#include "surface/error.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -121,7 +121,7 @@ void check_layer(const Layer& layer, double below, const toml::table& table, con
             check_shape(layer, layer.top && !layer.subtract ? *layer.top - below : kHuge, domain, path,
                         recipe.notes);
     } catch (const FileError& error) {  // names the layer's file
-        raise<FileError>("{}: {}.file: {}", place_of(*table.get("file")), path, error.what());
+        throw FileError("{}: {}.file: {}", place_of(*table.get("file")), path, error.what());
     }
 }
 

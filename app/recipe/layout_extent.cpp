@@ -9,12 +9,12 @@
 #include <optional>
 #include <tuple>
 
-#include "app/common/raise.hpp"
 #include "app/recipe/layers.hpp"
 #include "app/recipe/reader.hpp"
 #include "app/recipe/recipe_domain.hpp"
 #include "app/recipe/sections.hpp"
 #include "levelset/shapes/polygon_clipping.hpp"
+#include "surface/error.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -96,7 +96,7 @@ std::vector<levelset::Polygon> outlines_at(Placed& mask, const Recipe& recipe, c
             if (other) std::tie(layer.gds_layer, layer.gds_datatype) = std::tie((*other)[0], (*other)[1]);
             return drawn_outlines(layer, unit, note);
         } catch (const FileError& error) {  // names the layout
-            raise<FileError>("{}: {}.file: {}", place_of(*mask.table->get("file")), mask.path, error.what());
+            throw FileError("{}: {}.file: {}", place_of(*mask.table->get("file")), mask.path, error.what());
         } catch (const KeyError& error) {
             if (other && error.key == "gds_layer") fail(asking, path, error.rule);
             throw;

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <charconv>
 
-#include "app/common/raise.hpp"
 #include "app/recipe/reader.hpp"
+#include "surface/error.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -31,25 +31,25 @@ toml::table parse_value(const std::string& text, const std::string& source) {
     const bool word =
         !text.empty() && (key_character(text[0]) && !(text[0] >= '0' && text[0] <= '9') && text[0] != '-');
     if (line_of_deep_key("v = " + text) > 0)
-        raise<RecipeError>("{}: a key of over {} parts", source, kMostKeyParts);
+        throw RecipeError("{}: a key of over {} parts", source, kMostKeyParts);
     try {
         toml::table table = toml::parse("v = " + text, std::string_view(source));
         if (table.size() == 1 && text.find('\n') == std::string::npos) return table;
     } catch (const toml::parse_error& error) {
         if (word) return toml::parse("v = " + toml_text(text), std::string_view(source));
-        raise<RecipeError>("{}: not a TOML value: {}", source, error.description());
+        throw RecipeError("{}: not a TOML value: {}", source, error.description());
     }
-    raise<RecipeError>("{}: must be one value on one line", source);
+    throw RecipeError("{}: must be one value on one line", source);
 }
 
 toml::node* child(toml::node& node, const PathPart& part, std::size_t indices, const std::string& source) {
     toml::node* found = node.as_table()->get(part.key);
     for (std::size_t i = 0; i < indices && found != nullptr; ++i) {
         toml::array* array = found->as_array();
-        if (array == nullptr) raise<RecipeError>("{}: {} is not a list in the recipe", source, part.key);
+        if (array == nullptr) throw RecipeError("{}: {} is not a list in the recipe", source, part.key);
         if (part.indices[i] >= array->size())
-            raise<RecipeError>("{}: {}[{}]: the recipe has {}, counted from 0", source, part.key,
-                               part.indices[i], array->size());
+            throw RecipeError("{}: {}[{}]: the recipe has {}, counted from 0", source, part.key,
+                              part.indices[i], array->size());
         found = array->get(part.indices[i]);
     }
     return found;
@@ -124,13 +124,13 @@ std::string with_place_of_step(std::string_view path, std::span<const NamedStep>
     }
     const auto shown = std::next(names.begin(), std::min<std::ptrdiff_t>(std::ssize(names), 20));
     if (places.empty() || !parts[1].indices.empty())
-        raise<RecipeError>(
-            "no step is named {}{} {}", parts[1].key, did_you_mean("; ", parts[1].key, names, ";"),
-            names.empty() ? std::string("none has a name: count from 0, e.g. step[0].duration")
-                          : fmt::format("there are {}", fmt::join(names.begin(), shown, ", ")));
+        throw RecipeError("no step is named {}{} {}", parts[1].key,
+                          did_you_mean("; ", parts[1].key, names, ";"),
+                          names.empty() ? std::string("none has a name: count from 0, e.g. step[0].duration")
+                                        : fmt::format("there are {}", fmt::join(names.begin(), shown, ", ")));
     if (places.size() > 1)
-        raise<RecipeError>("several steps are named {}: write {}, or give them names of their own",
-                           parts[1].key, fmt::join(places, " or "));
+        throw RecipeError("several steps are named {}: write {}, or give them names of their own",
+                          parts[1].key, fmt::join(places, " or "));
     std::string placed = places.front();
     for (std::size_t p = 2; p < parts.size(); ++p) {
         placed += "." + key_text(parts[p].key);
@@ -162,10 +162,10 @@ void apply_override(toml::table& root, const std::string& setting) {
         if (equals != std::string::npos)
             parts = split_path(with_place_of_step(setting.substr(0, equals), named_steps(root)));
     } catch (const RecipeError& error) {
-        raise<RecipeError>("{}: {}", source, error.what());
+        throw RecipeError("{}: {}", source, error.what());
     }
     if (parts.empty())
-        raise<RecipeError>(
+        throw RecipeError(
             "{}: must be key=value, e.g. step[0].duration=2, step.etch.duration=2 of the step with that "
             "name, or flux.rays=1000",
             source);
@@ -179,10 +179,10 @@ void apply_override(toml::table& root, const std::string& setting) {
             node->as_table()->insert_or_assign(parts[p].key, std::move(*made.get("v")->as_table()));
             next = node->as_table()->get(parts[p].key);
         }
-        if (next == nullptr) raise<RecipeError>("{}: the recipe has no {}", source, parts[p].key);
+        if (next == nullptr) throw RecipeError("{}: the recipe has no {}", source, parts[p].key);
         if (!next->is_table())
-            raise<RecipeError>("{}: {} holds no keys in the recipe{}", source, parts[p].key,
-                               next->is_array() ? "; give an index, e.g. " + parts[p].key + "[0]" : "");
+            throw RecipeError("{}: {} holds no keys in the recipe{}", source, parts[p].key,
+                              next->is_array() ? "; give an index, e.g. " + parts[p].key + "[0]" : "");
         node = next;
     }
 
@@ -193,7 +193,7 @@ void apply_override(toml::table& root, const std::string& setting) {
             return;
         }
         if (child(*node, last, last.indices.size(), source) == nullptr)
-            raise<RecipeError>("{}: the recipe has no {}", source, last.key);
+            throw RecipeError("{}: the recipe has no {}", source, last.key);
         toml::array* array = child(*node, last, last.indices.size() - 1, source)->as_array();
         array->replace(array->cbegin() + static_cast<std::ptrdiff_t>(last.indices.back()), std::move(v));
     });

@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/common/raise.hpp"
 #include "app/recipe/layer_checks.hpp"
 #include "app/recipe/layers.hpp"
 #include "app/recipe/polygon_checks.hpp"
 #include "app/schema/units.hpp"
+#include "surface/error.hpp"
 #include "surface/files/file.hpp"
 
 namespace sidewall::app {
@@ -34,8 +34,8 @@ ProfileTable read_points(const std::filesystem::path& path, const std::string& l
                          std::size_t most) {
     const CsvTable table = read_csv(path, most);
     if (table.columns.size() < 2 || (table.columns.size() > 2 && !table.headed))
-        raise<FileError>("{}: has {} columns{}: a profile has rows x,z", table.file, table.columns.size(),
-                         table.headed ? "" : " without headings");
+        throw FileError("{}: has {} columns{}: a profile has rows x,z", table.file, table.columns.size(),
+                        table.headed ? "" : " without headings");
     const std::array<std::size_t, 2> columns = profile_columns(table);
     ProfileTable profile{.points = levelset::Polygon(table.columns[0].values.size()),
                          .understood = table.understood};
@@ -47,16 +47,16 @@ ProfileTable read_points(const std::filesystem::path& path, const std::string& l
         const std::string& unit = column.unit.empty() ? table.columns[columns[1 - a]].unit : column.unit;
         const auto metres = find_length(unit);
         if (!unit.empty() && !metres)
-            raise<FileError>("{}: its heading says {}, which is no length unit: must be {}", table.file,
-                             surface::printable(unit), fmt::join(length_units(), ", "));
+            throw FileError("{}: its heading says {}, which is no length unit: must be {}", table.file,
+                            surface::printable(unit), fmt::join(length_units(), ", "));
         const double size = metres ? *metres / metres_in(length_unit) : 1.0;
         if (a == 0 && metres) profile.understood += fmt::format(", in {} here", length_unit);
         const std::vector<double>& numbers = numbers_of(column);
         for (std::size_t r = 0; r < numbers.size(); ++r) {
             profile.points[r][a] = numbers[r] * size;
             if (std::abs(profile.points[r][a]) > kHuge)
-                raise<FileError>("{}: {:g} in {} is over {:g}", table.file, numbers[r],
-                                 surface::printable(column.name), kHuge);
+                throw FileError("{}: {:g} in {} is over {:g}", table.file, numbers[r],
+                                surface::printable(column.name), kHuge);
         }
     }
     return profile;
@@ -65,13 +65,13 @@ ProfileTable read_points(const std::filesystem::path& path, const std::string& l
 ProfileTable read_profile(const std::filesystem::path& path, const std::string& length_unit) {
     ProfileTable profile = read_points(path, length_unit);
     if (profile.several)
-        raise<FileError>("{}: holds several lines by its column polyline: keep the rows of one",
-                         path.string());
+        throw FileError("{}: holds several lines by its column polyline: keep the rows of one",
+                        path.string());
     levelset::Polygon& points = profile.points;
     points.erase(std::unique(points.begin(), points.end()), points.end());
     if (points.size() < 2)
-        raise<FileError>("{}: holds fewer than two different points: give x and z, a point a line",
-                         path.string());
+        throw FileError("{}: holds fewer than two different points: give x and z, a point a line",
+                        path.string());
     return profile;
 }
 

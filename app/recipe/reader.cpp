@@ -8,7 +8,7 @@
 #include <set>
 #include <sstream>
 
-#include "app/common/raise.hpp"
+#include "surface/error.hpp"
 #include "surface/files/file.hpp"
 
 namespace sidewall::app {
@@ -295,13 +295,13 @@ std::size_t line_of_deep_key(std::string_view text) {
 
 toml::table parse_toml(std::string_view text, const std::string& source) {
     if (const std::size_t line = line_of_deep_key(text); line > 0)
-        raise<RecipeError>("{}:{}: a key of over {} parts joined by dots: no recipe has one", source, line,
-                           kMostKeyParts);
+        throw RecipeError("{}:{}: a key of over {} parts joined by dots: no recipe has one", source, line,
+                          kMostKeyParts);
     try {
         return toml::parse(text, std::string_view(source));
     } catch (const toml::parse_error& error) {
-        raise<RecipeError>("{}:{}: not valid TOML: {}", source, error.source().begin.line,
-                           error.description());
+        throw RecipeError("{}:{}: not valid TOML: {}", source, error.source().begin.line,
+                          error.description());
     }
 }
 
@@ -313,11 +313,11 @@ std::string place_of(const toml::node& node) {
 }
 
 void fail(const toml::node& node, std::string_view path, std::string_view rule) {
-    raise<RecipeError>("{}: {} = {}: {}", place_of(node), shortened(path), value_text(node), rule);
+    throw RecipeError("{}: {} = {}: {}", place_of(node), shortened(path), value_text(node), rule);
 }
 
 void fail_missing(const toml::node& table, std::string_view path, std::string_view rule) {
-    raise<RecipeError>("{}: {}: {}", place_of(table), shortened(path), rule);
+    throw RecipeError("{}: {}: {}", place_of(table), shortened(path), rule);
 }
 
 void read_key(const toml::table& table, const std::string& path, const Key& key, const Reading& reading) {

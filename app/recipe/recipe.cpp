@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/recipe/effective_recipe.hpp"
 #include "app/recipe/figure_names.hpp"
@@ -18,6 +17,7 @@
 #include "app/recipe/sections.hpp"
 #include "app/recipe/step_materials.hpp"
 #include "app/recipe/steps.hpp"
+#include "surface/error.hpp"
 #include "surface/files/file.hpp"
 
 namespace sidewall::app {
@@ -101,13 +101,13 @@ void read_domain(const toml::table& root, Recipe& recipe) {
     try {
         const levelset::Domain grid = domain_of(recipe);
         if (std::max(grid.cells[0], grid.cells[1]) < kFewestAlong)
-            raise<RecipeError>(
+            throw RecipeError(
                 "domain.grid_spacing = {:g}: makes a grid of {} x {} cells, which holds no shape: use "
                 "a spacing of {:.3g} or less",
                 domain.grid_spacing, grid.cells[0], grid.cells[1],
                 std::max(domain.extent[0], domain.extent[1]) / (2.0 * kFewestAlong));
     } catch (const RecipeError& error) {  // names the key itself
-        raise<RecipeError>("{}: {}", place_of(*root["domain"]["grid_spacing"].node()), error.what());
+        throw RecipeError("{}: {}", place_of(*root["domain"]["grid_spacing"].node()), error.what());
     }
 }
 
@@ -252,11 +252,11 @@ std::string text_of(const std::filesystem::path& path) {
     std::error_code failure;
     const std::string name = path.string();
     if (!std::filesystem::exists(path, failure))
-        raise<FileError>("{}: no such file: give a recipe, e.g. configs/trench_deposition.toml", name);
+        throw FileError("{}: no such file: give a recipe, e.g. configs/trench_deposition.toml", name);
     if (!std::filesystem::is_regular_file(path, failure))
-        raise<FileError>("{}: not a file: give a recipe in TOML", name);
+        throw FileError("{}: not a file: give a recipe in TOML", name);
     if (std::filesystem::file_size(path, failure) > kMostRecipeBytes)
-        raise<FileError>("{}: larger than {} bytes: give a recipe in TOML", name, kMostRecipeBytes);
+        throw FileError("{}: larger than {} bytes: give a recipe in TOML", name, kMostRecipeBytes);
     return surface::read_whole_file(path);
 }
 

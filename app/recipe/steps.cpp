@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <limits>
 
-#include "app/common/raise.hpp"
 #include "app/models/geometric_steps.hpp"
 #include "app/recipe/figure_names.hpp"
 #include "app/recipe/layer_reader.hpp"
@@ -15,6 +14,7 @@
 #include "app/recipe/reader.hpp"
 #include "app/recipe/step_model.hpp"
 #include "app/schema/units.hpp"
+#include "surface/error.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -79,7 +79,7 @@ void find_files(const toml::table& table, const std::string& path, const std::st
                 convert_columns(csv, {recipe.domain.length_unit, recipe.domain.time_unit});
             recipe.notes.push_back(fmt::format("{}.{}{}: {}", path, inner, key.name, csv.understood));
         } catch (const FileError& error) {
-            raise<FileError>("{}: {}.{}{}: {}", place_of(table), path, inner, key.name, error.what());
+            throw FileError("{}: {}.{}{}: {}", place_of(table), path, inner, key.name, error.what());
         }
     }
 }

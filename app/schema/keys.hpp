@@ -10,7 +10,7 @@
 #include <variant>
 #include <vector>
 
-#include "app/common/raise.hpp"
+#include "surface/error.hpp"
 
 // A recipe's keys: each list of them drives parsing, validation, the effective recipe and `sidewall models`.
 namespace sidewall::app {

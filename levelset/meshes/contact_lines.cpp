@@ -350,8 +350,18 @@ StackMeshes extract_materials(const MaterialStack& stack, const TriangleMesh& su
     const TriangleMesh plain =
         is_sharp && top > 0 ? extract_surface(stack, surface::SharpEdges::none) : TriangleMesh();
     const TriangleMesh& whole = is_sharp && top > 0 ? plain : surface;
-    const Fronts fronts(stack);
     StackMeshes meshes;
+    if (are_all_covered(stack)) {
+        meshes.surface.mesh.vertices = whole.vertices;
+        meshes.surface.mesh.triangles = whole.triangles;
+        meshes.surface.layer.assign(whole.triangles.size(), top);
+        for (std::size_t layer = 0; layer < top; ++layer) {
+            meshes.interfaces.push_back(extract_surface(stack, layer));
+            meshes.interfaces.back().vertex_attributes.clear();
+        }
+        return meshes;
+    }
+    const Fronts fronts(stack);
     meshes.interfaces.resize(top);
     std::vector<NearestOnSegments> rims(top);
     for (std::size_t layer = top + 1; layer-- > 0;) {

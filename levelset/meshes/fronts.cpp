@@ -6,6 +6,13 @@
 #include "levelset/meshes/continued.hpp"
 
 namespace sidewall::levelset {
+namespace {
+
+// In cells, the film with which a layer counts as covered: marching cubes cuts off less than that of a
+// corner. So much of it is asked for at nodes of the cells that the layer's front passes through.
+constexpr double kCovering = 0.5, kOfCutCells = 1.75;
+
+}  // namespace
 
 Fronts::Fronts(const MaterialStack& stack) {
     const MaterialStack* finer = nullptr;
@@ -60,6 +67,25 @@ GridEdge Fronts::edge_of(const Vec3& point) const {
                                                     domain.source_node(1, node[1]), node[2]};
     }
     return edge;
+}
+
+bool are_all_covered(const MaterialStack& stack) {
+    const MaterialStack* finer = nullptr;
+    for (const MaterialStack* level = &stack; level != nullptr; finer = level, level = level->coarser.get()) {
+        const double dx = level->domain.spacing;
+        const auto thinnest = static_cast<float>(kCovering * dx), near = static_cast<float>(kOfCutCells * dx);
+        for (std::size_t k = 0; k + 1 < level->layers.size(); ++k) {
+            const auto next = level->layers[k + 1].phi->getConstUnsafeAccessor();
+            for (auto it = level->layers[k].phi->cbeginValueOn(); it; ++it) {
+                if (std::abs(*it) > near) continue;
+                float above = 0.0f;  // a node that is not in the next layer's band lies inside it
+                if (next.probeValue(it.getCoord(), above) && *it - above < thinnest &&
+                    counts_at(*level, finer, it.getCoord().x(), it.getCoord().y()))
+                    return false;
+            }
+        }
+    }
+    return true;
 }
 
 }  // namespace sidewall::levelset

@@ -55,4 +55,7 @@ class Fronts {
     std::vector<Level> levels_;
 };
 
+/// Whether each layer is covered by half a cell of the next at least: materials meet nowhere on the surface, nor below.
+bool are_all_covered(const MaterialStack& stack);
+
 }  // namespace sidewall::levelset

@@ -94,6 +94,23 @@ TEST_CASE("no tooth of a mask hangs down where an undercut ends, wherever its un
             }
 }
 
+TEST_CASE("what a film covers has its edges") {
+    const Domain domain = make_domain({28.0, 4.0}, 1.0, {Side::reflective, Side::reflective});
+    Shape recess = plate(5.0, 12.26);
+    recess.depth = 10.3;
+    recess.subtract = true;
+    MaterialStack stack = make_stack(domain, {{0, Shape{.top = 5.0}}, {0, recess}});
+    begin_film(stack, 1);
+    test::move(stack, 2.0, {}, [](std::size_t, const Vec3&) { return 1.0; });
+    const StackMeshes meshes = extract_materials(stack, extract_surface(stack));
+    check_meshes(meshes);
+    REQUIRE(meshes.interfaces.size() == 1);
+    CHECK(meshes.interfaces[0].vertices == extract_surface(stack, 0).vertices);
+    // Four edges of the trench, which marching cubes alone cuts off.
+    CHECK(total_area(meshes.interfaces[0]) == Approx(4.0 * (28.0 + 2.0 * 10.3)).epsilon(1e-3));
+    for (const std::size_t layer : meshes.surface.layer) CHECK(layer == 1);
+}
+
 TEST_CASE("every nitride that is recessed between oxides ends at their faces") {
     const Domain domain = make_domain({28.0, 2.0}, 1.0, {Side::reflective, Side::reflective});
     std::vector<std::pair<int, Shape>> bodies{{0, Shape{}}};

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "app/common/raise.hpp"
+#include "surface/error.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -75,7 +75,7 @@ class GdsParser {
 
   private:
     [[noreturn]] void fail(const std::string& what) const {
-        raise<FileError>("{}: byte {}: {}; export it again", name_, at_, what);
+        throw FileError("{}: byte {}: {}; export it again", name_, at_, what);
     }
 
     Entry next() {

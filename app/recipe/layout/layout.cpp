@@ -5,9 +5,9 @@
 #include <zlib.h>
 #include <cmath>
 
-#include "app/common/raise.hpp"
 #include "app/recipe/layout/gds.hpp"
 #include "app/recipe/layout/oasis.hpp"
+#include "surface/error.hpp"
 #include "surface/files/file.hpp"
 
 namespace sidewall::app {
@@ -17,8 +17,8 @@ constexpr std::size_t kMostCorners = 50'000'000;
 
 void keep(Layout& layout, LayoutCell& cell, LayoutShape shape) {
     if ((layout.corners += shape.polygon.size()) > kMostCorners)
-        raise<FileError>("{}: its cells hold over {} corners of polygons; export less of the chip",
-                         layout.file, kMostCorners);
+        throw FileError("{}: its cells hold over {} corners of polygons; export less of the chip",
+                        layout.file, kMostCorners);
     cell.shapes.push_back(std::move(shape));
 }
 
@@ -84,7 +84,7 @@ struct Flattener {
     std::set<std::string>& missing;
     std::map<const LayoutCell*, Expansion> expansion = {};
 
-    [[noreturn]] void fail(const std::string& what) const { raise<FileError>("{}: {}", layout.file, what); }
+    [[noreturn]] void fail(const std::string& what) const { throw FileError("{}: {}", layout.file, what); }
 
     // Without a cell where the file has none of that name.
     Frame frame(const std::string& name, const Placement& place = {}) const {
@@ -249,7 +249,7 @@ void add_path(Layout& layout, LayoutCell& cell, const LayoutShape& centre_line,
 void add_cell(Layout& layout, const std::string& name, LayoutCell cell) {
     if (name == "$$$CONTEXT_INFO$$$") return;
     if (!layout.cells.emplace(name, std::move(cell)).second)
-        raise<FileError>("{}: cell {} is defined twice; export it again", layout.file, name);
+        throw FileError("{}: cell {} is defined twice; export it again", layout.file, name);
 }
 
 std::vector<std::string> top_cells(const Layout& layout) {
@@ -266,23 +266,23 @@ Layout parse_layout(std::string_view bytes, const std::string& name) {
     if (bytes.starts_with("\x1f\x8b")) {
         const auto unpacked = inflated(bytes, Packing::gzip, kMostBytes);
         if (!unpacked)
-            raise<FileError>("{}: its gzip data are damaged, or over {} bytes when unpacked", name,
-                             kMostBytes);
-        if (unpacked->starts_with("\x1f\x8b")) raise<FileError>("{}: is packed twice: unpack it once", name);
+            throw FileError("{}: its gzip data are damaged, or over {} bytes when unpacked", name,
+                            kMostBytes);
+        if (unpacked->starts_with("\x1f\x8b")) throw FileError("{}: is packed twice: unpack it once", name);
         return parse_layout(*unpacked, name);
     }
     if (bytes.starts_with(kOasisMagic)) return parse_oasis(bytes, name);
     // A GDSII file begins with a header of six bytes.
     if (!bytes.starts_with(std::string_view("\0\6\0\2", 4)))
-        raise<FileError>("{}: is neither GDSII nor OASIS, plain or in gzip; export one of these", name);
+        throw FileError("{}: is neither GDSII nor OASIS, plain or in gzip; export one of these", name);
     return parse_gds(bytes, name);
 }
 
 Layout read_layout(const std::filesystem::path& path) {
     std::error_code failure;
     const std::uintmax_t size = std::filesystem::file_size(path, failure);
-    if (failure) raise<FileError>("{}: cannot be read: {}", path.string(), failure.message());
-    if (size > kMostBytes) raise<FileError>("{}: larger than {} bytes", path.string(), kMostBytes);
+    if (failure) throw FileError("{}: cannot be read: {}", path.string(), failure.message());
+    if (size > kMostBytes) throw FileError("{}: larger than {} bytes", path.string(), kMostBytes);
     return parse_layout(surface::read_whole_file(path), path.string());
 }
 

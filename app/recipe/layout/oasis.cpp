@@ -6,8 +6,8 @@
 #include <numbers>
 #include <optional>
 
-#include "app/common/raise.hpp"
 #include "app/recipe/layout/oasis_stream.hpp"
+#include "surface/error.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -374,7 +374,7 @@ class OasisParser {
 }  // namespace
 
 Layout parse_oasis(std::string_view bytes, const std::string& name) {
-    if (!bytes.starts_with(kOasisMagic)) raise<FileError>("{}: is not an OASIS file", name);
+    if (!bytes.starts_with(kOasisMagic)) throw FileError("{}: is not an OASIS file", name);
     return OasisParser(bytes, name).run();
 }
 

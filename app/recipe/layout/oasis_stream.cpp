@@ -2,8 +2,8 @@
 
 #include <bit>
 
-#include "app/common/raise.hpp"
 #include "app/recipe/layout/layout.hpp"
+#include "surface/error.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -14,7 +14,7 @@ constexpr std::uint64_t kMostTimes = std::uint64_t{1} << 31U;  // along an axis 
 }  // namespace
 
 void OasisStream::fail(const std::string& what) const {
-    raise<FileError>("{}: byte {}: {}; export it again", name_, at_, what);
+    throw FileError("{}: byte {}: {}; export it again", name_, at_, what);
 }
 
 std::uint64_t OasisStream::record() {
