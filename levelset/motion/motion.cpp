@@ -63,13 +63,16 @@ double fastest(const MaterialStack& stack, const Motion& motion, const std::vect
     return most;
 }
 
-// Whether a sample belongs to a node outside of a convex edge, where a facet may begin: the nearest surface
-// point does not lie along the normal there.
-bool beside_edge(const Motion& motion, std::size_t sample) {
+// The normals that the front has at a sample: the surface's, and at a node outside of a convex edge, where a
+// facet may begin, the direction from the edge to the node.
+std::vector<Vec3> own_normals(const Motion& motion, std::size_t sample) {
     constexpr float kAlong = 0.95f;
-    const Eigen::Vector3f& foot = motion.extension.samples[sample].foot;
-    const float inwards = -foot.dot(motion.law.normal[sample]);
-    return inwards > 0.0f && inwards < kAlong * foot.norm();
+    const Eigen::Vector3f &foot = motion.extension.samples[sample].foot, &normal = motion.law.normal[sample];
+    const float outwards = -foot.dot(normal);
+    std::vector<Vec3> normals{normal.cast<double>()};
+    if (outwards > 0.0f && outwards < kAlong * foot.norm())
+        normals.push_back(-foot.cast<double>().normalized());
+    return normals;
 }
 
 // Calls use(layer) for the layer that is bare at a sample and for those less than a cell below.
@@ -96,16 +99,15 @@ double max_speed_of_level(const MaterialStack& stack, const Motion& motion, cons
     return tbb::parallel_reduce(
         tbb::blocked_range<std::size_t>(0, motion.extension.samples.size(), 512), 0.0,
         [&](const auto& range, double most) {
-            std::vector<Vec3> own(1);
             std::vector<std::uint8_t> asked(by_class ? kSpeedClasses * layers : 0, 0);
             for (std::size_t n = range.begin(); n != range.end(); ++n)
                 if (counts(n))
                     each_reachable(stack, motion, n, [&](std::size_t k) {
                         if (by_class && std::exchange(asked[motion.law.speed_class[n] * layers + k], 1) != 0)
                             return;
-                        const bool flat = !motion.law.normal.empty() && !beside_edge(motion, n);
-                        if (flat) own.front() = motion.law.normal[n].cast<double>();
-                        most = std::max(most, fastest(stack, motion, flat ? own : normals, n, k));
+                        most = std::max(most, motion.law.normal.empty()
+                                                  ? fastest(stack, motion, normals, n, k)
+                                                  : fastest(stack, motion, own_normals(motion, n), n, k));
                     });
             return most;
         },
