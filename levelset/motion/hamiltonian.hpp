@@ -21,11 +21,12 @@ inline constexpr double kShift = 1e-3, kLeastGradient = 1e-6;
 
 /// H by Godunov's flux of V(n) given by \p speed_of(normal) at one node, from its one-sided gradients: along each axis in
 /// turn the least H between the two where phi bends up, the largest where it bends down (Osher and Shu, SIAM J. Numer.
-/// Anal. 28 (1991) 907). Where the two hardly differ, by its linear form; else by a search over a few places between them.
+/// Anal. 28 (1991) 907). Where the two hardly differ, by its linear form; else by a search over both and what is midway, which
+/// bounds H by its own values.
 template <class SpeedOf>
 float godunov(const Vec3& minus, const Vec3& plus, SpeedOf&& speed_of) {
     constexpr double kSmooth = 0.1;  // of |p|
-    constexpr int kParts = 4;
+    constexpr int kParts = 2;
     const Vec3 mean = 0.5 * (minus + plus), rise = plus - minus;
     const double least = kLeastGradient + kSmooth * mean.norm();
     if (rise.cwiseAbs().maxCoeff() <= least) {
@@ -67,8 +68,8 @@ float godunov(const Vec3& minus, const Vec3& plus, SpeedOf&& speed_of) {
 
 // Schemes of higher order may miss the normals between the two sides of an edge, so that no facet begins
 // there: where first differences along an axis differ by more than this, they count.
-// Values farther from the front than this, in cells, are set anew by re-distancing before it gets there.
 inline constexpr double kKink = 0.2;
+// Values farther from the front than this, in cells, are set anew by re-distancing before it gets there.
 inline constexpr float kNearFront = 1.5f;
 
 /// H by Godunov's flux where \p plus and \p minus hardly differ, of V(n) = speed + slope . (n - normal).
@@ -91,7 +92,7 @@ inline bool expanded(const Vec3& minus, const Vec3& plus, const Vec3& normal, do
 /// \returns false if there is no edge, or its sides move on as they are.
 template <int R, class SpeedOf>
 bool opened_edge(const float* v, float inv_dx, SpeedOf&& speed_of, float& flux) {
-    constexpr int kPlaces = 8;
+    constexpr int kPlaces = 6;
     Vec3 minus, plus;
     for (int axis = 0; axis < 3; ++axis) {
         const std::ptrdiff_t stride = Block<R>::kStride[axis];
