@@ -16,7 +16,7 @@ namespace sidewall::flux {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kLeastExponent = 50.0, kWidestBin = 20.0 * kPi / 180.0;
+constexpr double kLeastExponent = 10.0, kWidestBin = 45.0 * kPi / 180.0;
 constexpr std::size_t kAngles = 181;   // of the table: one a degree
 constexpr std::size_t kAzimuths = 13;  // from 0 to pi, of tilted beams
 constexpr std::size_t kBeams = 16;     // of a source that turns
@@ -109,34 +109,58 @@ std::vector<SourceSample> source_samples(const Species& species, const Vec3& axi
     return samples;
 }
 
-// A place off the surface from which a wedge looks for the source, and the normal of the triangle there.
+// A place off the surface from which a wedge looks for the source, with the normal and the area of its
+// triangle.
 struct Lookout {
     Vec3 point = Vec3::Zero(), normal = Vec3::Zero();
-    double area = -1.0;  // of the triangle, the largest of the wedge's fan
+    double area = -1.0;
 };
 
-std::vector<Lookout> lookouts(const TriangleMesh& mesh, const Wedges& wedges, const LateralBox& box,
-                              double skin) {
-    constexpr double kInside = 0.2;  // of the way from the vertex to the middle of the triangle
-    std::vector<Lookout> lookouts(wedges.count());
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        const Vec3 twice = area_vector(mesh, t), middle = triangle_centroid(mesh, t);
-        for (std::size_t k = 0; k < 3; ++k) {
-            Lookout& out = lookouts[wedges.corner[3 * t + k]];
-            if (!(twice.norm() > out.area)) continue;
-            out.area = twice.norm();
-            out.normal = twice.normalized();
-            out.point =
-                (1.0 - kInside) * mesh.vertices[mesh.triangles[t][k]] + kInside * middle + skin * out.normal;
+// The lookout in corner \p k of triangle \p t, so far of the way from the vertex to the triangle's middle.
+Lookout lookout_at(const TriangleMesh& mesh, const LateralBox& box, double skin, std::size_t t, std::size_t k,
+                   double inside) {
+    const Vec3 twice = area_vector(mesh, t), normal = twice.normalized();
+    Lookout out{(1.0 - inside) * mesh.vertices[mesh.triangles[t][k]] + inside * triangle_centroid(mesh, t) +
+                    skin * normal,
+                normal, 0.5 * twice.norm()};
+    for (std::size_t axis = 0; axis < 2; ++axis)
+        if (box.boundary[axis] != Boundary::open) {
+            double& x = out.point[static_cast<Eigen::Index>(axis)];
+            x = std::clamp(x, box.min[axis], box.max[axis]);
         }
+    return out;
+}
+
+// The lookouts of every wedge, one after the other: those of wedge w from first[w] up to first[w + 1].
+struct Lookouts {
+    std::vector<Lookout> places;
+    std::vector<std::size_t> first;
+};
+
+// One a wedge, near the vertex in the largest triangle of its fan, or one in every triangle, in the middle of
+// what the wedge's share of a linear flux is there.
+Lookouts lookouts(const TriangleMesh& mesh, const Wedges& wedges, const LateralBox& box, double skin,
+                  bool all) {
+    constexpr double kNearVertex = 0.2, kMiddle = 0.75;
+    Lookouts result;
+    result.first.assign(wedges.count() + 1, 0);
+    if (!all) {
+        result.places.resize(wedges.count());
+        for (std::size_t c = 0; c < wedges.corner.size(); ++c) {
+            Lookout& best = result.places[wedges.corner[c]];
+            const double area = triangle_area(mesh, c / 3);
+            if (area > best.area) best = lookout_at(mesh, box, skin, c / 3, c % 3, kNearVertex);
+        }
+        for (std::size_t w = 0; w < result.first.size(); ++w) result.first[w] = w;
+        return result;
     }
-    for (Lookout& out : lookouts)
-        for (std::size_t axis = 0; axis < 2; ++axis)
-            if (box.boundary[axis] != Boundary::open) {
-                double& x = out.point[static_cast<Eigen::Index>(axis)];
-                x = std::clamp(x, box.min[axis], box.max[axis]);
-            }
-    return lookouts;
+    for (const std::uint32_t w : wedges.corner) ++result.first[w + 1];
+    for (std::size_t w = 0; w < wedges.count(); ++w) result.first[w + 1] += result.first[w];
+    std::vector<std::size_t> next(result.first.begin(), result.first.end() - 1);
+    result.places.resize(wedges.corner.size());
+    for (std::size_t c = 0; c < wedges.corner.size(); ++c)
+        result.places[next[wedges.corner[c]]++] = lookout_at(mesh, box, skin, c / 3, c % 3, kMiddle);
+    return result;
 }
 
 bool sees(const Geometry& geometry, Vec3 position, Vec3 path) {
@@ -168,7 +192,7 @@ DirectFlux::DirectFlux(const Species& species) {
     tilt_cosine_ = source.z();
     const bool tilted = tilt_sine_ > 1e-9;
     if (!tilted) tilt_sine_ = 0.0, tilt_cosine_ = 1.0;
-    azimuth_ = tilted ? std::atan2(source.y(), source.x()) : 0.0;
+    azimuth_ = tilted && !species.rotating ? std::atan2(source.y(), source.x()) : 0.0;
     beams_ = tilted && species.rotating ? kBeams : 1;
     azimuths_ = tilted ? kAzimuths : 1;
     const Vec3 axis(tilt_sine_, 0.0, tilt_cosine_), across(tilt_cosine_, 0.0, -tilt_sine_);
@@ -268,24 +292,36 @@ std::vector<Vec3> wedge_normals(const TriangleMesh& mesh, const Wedges& wedges) 
 
 std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const TriangleMesh& mesh,
                                              const surface::RayScene& scene, const LateralBox& box,
-                                             const Wedges& wedges) {
+                                             const Wedges& wedges, bool coarse) {
     const Geometry geometry = make_geometry(mesh, scene, box);
-    const std::vector<Lookout> from = lookouts(mesh, wedges, box, 2.0 * kOverlap * geometry.skin);
+    const Lookouts from = lookouts(mesh, wedges, box, 2.0 * kOverlap * geometry.skin, coarse);
     std::vector<std::vector<double>> open(direct.beams(), std::vector<double>(wedges.count(), 0.0));
     for (std::size_t b = 0; b < direct.beams(); ++b) {
         const std::vector<Vec3> towards = direct.towards(b);
+        // The share of what an open surface would get that arrives.
+        const auto share_at = [&](const Lookout& out) {
+            // Most see all of the source or nothing, which a few directions from all over it tell.
+            constexpr int kFew = 8;
+            int above = 0, seen = 0;
+            double all = 0.0, arrives = 0.0;
+            for (const Vec3& d : towards) {
+                if (above == kFew && (seen == 0 || seen == kFew)) break;
+                const double weight = d.dot(out.normal) / std::max(kLeastRise, d.z());
+                if (!(weight > 0.0)) continue;
+                const bool sees_it = sees(geometry, out.point, d);
+                ++above, all += weight;
+                if (sees_it) ++seen, arrives += weight;
+            }
+            return all > 0.0 ? arrives / all : 0.0;
+        };
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, wedges.count(), 64), [&](const auto& range) {
             for (std::size_t w = range.begin(); w != range.end(); ++w) {
-                // Most wedges see all of the source or nothing, which a few directions from all over it tell.
-                constexpr int kFew = 8;
-                int above = 0, seen = 0;
-                for (const Vec3& d : towards) {
-                    if (above == kFew && (seen == 0 || seen == kFew)) break;
-                    if (!(d.dot(from[w].normal) > 0.0)) continue;
-                    ++above;
-                    seen += sees(geometry, from[w].point, d) ? 1 : 0;
+                double sum = 0.0, area = 0.0;
+                for (std::size_t n = from.first[w]; n < from.first[w + 1]; ++n) {
+                    sum += from.places[n].area * share_at(from.places[n]);
+                    area += from.places[n].area;
                 }
-                open[b][w] = above > 0 ? static_cast<double>(seen) / above : 0.0;
+                open[b][w] = area > 0.0 ? sum / area : 0.0;
             }
         });
     }

@@ -12,7 +12,7 @@
 namespace sidewall::flux {
 
 /// Whether the fluxes that come straight from the species' source are known as functions of the surface's normal: ions, or
-/// what else has yields or reflection, from a narrow source (cos^n with n of 50 or more, or tabulated angles within 20
+/// what else has yields or reflection, from a narrow source (cos^n with n of 10 or more, or tabulated angles within 45
 /// degrees) and without collisions on the way.
 bool has_direct_flux(const Species& species);
 
@@ -49,14 +49,15 @@ class DirectFlux {
     std::vector<double> table_;               // by tally, azimuth and polar angle, at scale 1
 };
 
-/// The share of each beam's directions above the surface that nothing hides, by beam and wedge; 0 for wedges that turn away
-/// from the whole beam.
-/// \param scene  of \p mesh.
-/// \param box    from lateral_box(mesh, ...).
-/// \note O(wedges) rays, parallel, deterministic.
+/// The share of what each beam would send to a wedge of an open surface that nothing else hides, by beam and wedge; 0 for
+/// wedges that turn away from the whole beam.
+/// \param scene   of \p mesh.
+/// \param box     from lateral_box(mesh, ...).
+/// \param coarse  the share may change along a triangle: it is a mean over every triangle of a wedge's fan.
+/// \note O(triangles) rays, parallel, deterministic.
 std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const TriangleMesh& mesh,
                                              const surface::RayScene& scene, const LateralBox& box,
-                                             const Wedges& wedges);
+                                             const Wedges& wedges, bool coarse = false);
 
 /// Unit normals of the wedges' fans, weighted by area.
 std::vector<Vec3> wedge_normals(const TriangleMesh& mesh, const Wedges& wedges);

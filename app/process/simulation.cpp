@@ -169,7 +169,7 @@ bool reuses_fluxes(const Run& run, const Model& model, const RunState& state) {
 TracedSurface surface_with_fluxes(const Run& run, const Model& model, const Step& step, RunState& state) {
     TracedSurface surface = extract(state.stack, time_in_step(run, state), state.timing);
     if (reuses_fluxes(run, model, state)) {
-        reuse_fluxes(model, state.stack, state.carried, surface, state.timing);
+        reuse_fluxes(run.recipe, model, state.stack, state.carried, surface, state.timing);
         return surface;
     }
     state.reuse.left = 0;  // a run resumed here traces, too

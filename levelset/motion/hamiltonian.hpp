@@ -19,6 +19,11 @@ double hamiltonian(const Vec3& p, SpeedOf&& speed) {
 // |dH/dp| is a central difference over this part of |p|: H has kinks, and is homogeneous in p.
 inline constexpr double kShift = 1e-3, kLeastGradient = 1e-6;
 
+// H without what dissipation adds beyond 0: what etches does not grow by it.
+inline double with_sign(double sign, double h) {
+    return sign <= 0.0 ? std::min(h, 0.0) : std::max(h, 0.0);
+}
+
 /// H by Godunov's flux of V(n) given by \p speed_of(normal) at one node, from its one-sided gradients: along each axis in
 /// turn the least H between the two where phi bends up, the largest where it bends down (Osher and Shu, SIAM J. Numer.
 /// Anal. 28 (1991) 907). Where the two hardly differ, by its linear form; else by a search over both and what is midway, which
@@ -39,7 +44,7 @@ float godunov(const Vec3& minus, const Vec3& plus, SpeedOf&& speed_of) {
             beside[axis] += shift;
             flux -= 0.5 * std::abs(hamiltonian(beside, speed_of) - h) / shift * rise[axis];
         }
-        return static_cast<float>(flux);
+        return static_cast<float>(with_sign(h, flux));
     }
     // Axes along which the two differ little count at their middle.
     int parts[3];
@@ -83,7 +88,7 @@ inline bool expanded(const Vec3& minus, const Vec3& plus, const Vec3& normal, do
     if (off.squaredNorm() > kNear * kNear) return false;
     const double v = speed + slope.dot(off);
     const Vec3 along = v * n + slope - slope.dot(n) * n;  // dH/dp
-    flux = static_cast<float>(length * v - 0.5 * along.cwiseAbs().dot(plus - minus));
+    flux = static_cast<float>(with_sign(v, length * v - 0.5 * along.cwiseAbs().dot(plus - minus)));
     return true;
 }
 
@@ -135,7 +140,7 @@ float lax_friedrichs(const Vec3& minus, const Vec3& plus, const Vec3& bounds, Sp
 }
 
 /// H by Lax-Friedrichs of a row with a BeamSpeed: H(p) = facing max(0, p . d) + always |p|, with the slopes of
-/// local_dissipation in closed form.
+/// central differences in closed form.
 inline Row beam_row(const std::array<OneSided, 3>& d, float inv_dx, const Vec3& beam, const Row& facing,
                     const Row& always) {
     std::array<float, 3> towards, steep;

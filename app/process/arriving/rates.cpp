@@ -65,7 +65,9 @@ struct SamplePoints {
             open = open.subspan(beams);
         }
         point.flux = turned.first(tallies);
-        if (react) react(point, 0.0, turned.subspan(tallies));
+        // Where nothing arrives at this normal, steady coverages need not exist.
+        const bool any = std::ranges::any_of(point.flux, [](double flux) { return flux > 0.0; });
+        if (react && any) react(point, 0.0, turned.subspan(tallies));
         point.coverage = turned.subspan(tallies);
         return use(point);
     }

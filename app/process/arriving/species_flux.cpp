@@ -157,11 +157,11 @@ std::vector<DirectPart> direct_parts(const Recipe& recipe, const Model& model, c
     std::size_t tally = 0;
     for (std::size_t k = 0; k < model.species.size(); tally += flux::tally_count(model.species[k]), ++k)
         if (has_direct(recipe, model, k))
-            parts.push_back(
-                {model.direct[k],
-                 tally,
-                 flux::open_shares(*model.direct[k], surface.traced(), *surface.scene, surface.box, wedges),
-                 {}});
+            parts.push_back({model.direct[k],
+                             tally,
+                             flux::open_shares(*model.direct[k], surface.traced(), *surface.scene,
+                                               surface.box, wedges, surface.simplified.has_value()),
+                             {}});
     return parts;
 }
 
@@ -245,6 +245,12 @@ std::vector<std::vector<std::size_t>> traced_passes(const Model& model,
 }
 
 }  // namespace
+
+void add_direct_parts(const Recipe& recipe, const Model& model, const TracedSurface& surface,
+                      SurfaceFlux& arriving) {
+    arriving.direct = direct_parts(recipe, model, surface, arriving.wedges);
+    join_parts(surface, arriving);
+}
 
 SharedTraces shared_traces(const Model& model, std::vector<SpeciesMethod> methods) {
     std::vector<std::vector<std::size_t>> passes = traced_passes(model, methods);

@@ -75,9 +75,11 @@ std::vector<T> values_of(const Json& json) {
     return values;
 }
 
-// Fluxes and coverages by wedge, as carried_names names them.
+// Fluxes and coverages by wedge, as carried_names names them; without what comes straight from the sources.
 std::vector<std::vector<double>> carried_values(const SurfaceFlux& arriving) {
     std::vector<std::vector<double>> values = arriving.flux;
+    for (const DirectPart& part : arriving.direct)
+        std::ranges::copy(part.rest, values.begin() + static_cast<std::ptrdiff_t>(part.tally));
     values.insert(values.end(), arriving.coverage.begin(), arriving.coverage.end());
     return values;
 }

@@ -34,7 +34,7 @@ TracedSurface trace_surface(const Recipe& recipe, const Model& model, const leve
 /// closest points.
 /// \param carried  from field_to_carry with [flux] reuse.
 /// \pre the model traces species.
-void reuse_fluxes(const Model& model, const levelset::MaterialStack& stack, const SurfaceField& carried,
-                  TracedSurface& surface, Timing& timing);
+void reuse_fluxes(const Recipe& recipe, const Model& model, const levelset::MaterialStack& stack,
+                  const SurfaceField& carried, TracedSurface& surface, Timing& timing);
 
 }  // namespace sidewall::app

@@ -54,11 +54,10 @@ struct DirectPart {
 
 /// What arrives on a surface and what is adsorbed there. Every list is complete.
 struct SurfaceFlux {
-    std::vector<std::int32_t> materials;    ///< of the mesh's triangles
-    flux::Wedges wedges;                    ///< the mesh's vertices split at creases and material edges
-    std::vector<std::vector<double>> flux;  ///< what models see, by tally (flux_names) and wedge
-    std::vector<DirectPart>
-        direct;  ///< parts of flux; absent where all is carried over from an earlier surface
+    std::vector<std::int32_t> materials;        ///< of the mesh's triangles
+    flux::Wedges wedges;                        ///< the mesh's vertices split at creases and material edges
+    std::vector<std::vector<double>> flux;      ///< what models see, by tally (flux_names) and wedge
+    std::vector<DirectPart> direct;             ///< parts of flux
     std::vector<std::vector<double>> coverage;  ///< by Model::coverages and wedge
     std::optional<TraceReport> trace;           ///< absent where all is carried over from an earlier surface
 };
