@@ -1,5 +1,6 @@
 #include "levelset/motion/motion.hpp"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>
 
 #include <algorithm>
