@@ -207,9 +207,9 @@ DirectFlux::DirectFlux(const Species& species) {
     tbb::parallel_for(std::size_t{0}, azimuths_ * kAngles, [&](std::size_t n) {
         const double polar =
             2.0 * std::asin(static_cast<double>(n % kAngles) / static_cast<double>(kAngles - 1));
+        const std::size_t row = n / kAngles;
         const double around =
-            azimuths_ > 1 ? kPi * static_cast<double>(n / kAngles) / static_cast<double>(azimuths_ - 1)
-                          : 0.25 * kPi;
+            azimuths_ > 1 ? kPi * static_cast<double>(row) / static_cast<double>(azimuths_ - 1) : 0.25 * kPi;
         const Vec3 normal = std::cos(polar) * axis +
                             std::sin(polar) * (std::cos(around) * across + std::sin(around) * Vec3::UnitY());
         for (const SourceSample& sample : samples) {
