@@ -128,15 +128,6 @@ SampleSpeeds sample_speeds(const MaterialStack& stack, const Motion& motion, Sch
             speeds.first[n] = static_cast<float>(v);
             if (v != 0.0) speeds.way[n] = one_growth ? Way::as_distance : Way::constant;
         });
-        const std::size_t plain = motion.extension.plain();
-        surface::parallel_each(motion.extension.body.size(), 1024, [&](std::size_t k) {
-            const std::size_t n = plain + k, body = motion.extension.body[k];
-            if (!motion.law.inert.empty() && motion.law.inert[body]) return;
-            const double v = speed_from(stack, motion, n, body, Vec3::UnitZ(), duration);
-            if (!(v < 0.0)) return;
-            speeds.first[n] = static_cast<float>(v);
-            speeds.way[n] = Way::as_distance;
-        });
     } else if (motion.law.beam_speed && scheme == Scheme::lax_friedrichs && motion.law.dissipation.empty()) {
         speeds.second.resize(count);
         each_sample<BeamSpeed>(stack, motion, motion.law.beam_speed,
@@ -170,6 +161,18 @@ SampleSpeeds sample_speeds(const MaterialStack& stack, const Motion& motion, Sch
                 static_cast<double>(
                     (std::abs(speeds.first[n]) * normals[n].cwiseAbs() + speeds.slope[n].cwiseAbs()).sum()));
     }
+    // Bodies recede at their edges from the first moment, by V at the normal of the surface there.
+    const std::size_t plain = motion.extension.plain();
+    surface::parallel_each(motion.extension.body.size(), 1024, [&](std::size_t k) {
+        const std::size_t n = plain + k, body = motion.extension.body[k];
+        if (!motion.law.inert.empty() && motion.law.inert[body]) return;
+        const Vec3 normal =
+            motion.law.normal.empty() ? Vec3(Vec3::UnitZ()) : motion.law.normal[n].cast<double>().eval();
+        const double v = speed_from(stack, motion, n, body, normal, duration);
+        if (!(v < 0.0)) return;
+        speeds.first[n] = static_cast<float>(v);
+        speeds.way[n] = Way::as_distance;
+    });
     return speeds;
 }
 
