@@ -3,7 +3,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -17,7 +16,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kLeastExponent = 10.0, kWidestBin = 45.0 * kPi / 180.0;
-constexpr std::size_t kAngles = 181;   // of the table: one a degree
+constexpr std::size_t kAngles = 181;   // of the table, at equal steps of sin(polar angle / 2)
 constexpr std::size_t kAzimuths = 13;  // from 0 to pi, of tilted beams
 constexpr std::size_t kBeams = 16;     // of a source that turns
 // Grazing directions cross a horizontal plane in ever smaller numbers a solid angle: 1 / (-d . z) is bounded.
@@ -30,30 +29,6 @@ struct SourceSample {
     std::vector<double> energetic;
 };
 
-double mean_energy_factor(const Yield& yield, const Energy& energy) {
-    if (!(energy.mean > 0.0)) return 1.0;
-    if (!(energy.sigma > 0.0)) return energy_factor(yield, true, energy.mean);
-    constexpr int kParts = 256;
-    constexpr double kReach = 6.0;  // standard deviations
-    double sum = 0.0, density = 0.0;
-    for (int i = 0; i < kParts; ++i) {
-        const double z = kReach * (2.0 * (i + 0.5) / kParts - 1.0), e = energy.mean + energy.sigma * z;
-        if (!(e > 0.0)) continue;
-        sum += std::exp(-0.5 * z * z) * energy_factor(yield, true, e);
-        density += std::exp(-0.5 * z * z);
-    }
-    return density > 0.0 ? sum / density : 0.0;
-}
-
-double mean_energy_factor(const Yield& yield, const SourceBin& bin) {
-    constexpr int kParts = 16;
-    double sum = 0.0;
-    for (int i = 0; i < kParts; ++i)
-        sum += energy_factor(yield, bin.energy_to > 0.0,
-                             bin.energy_from + (i + 0.5) / kParts * (bin.energy_to - bin.energy_from));
-    return sum / kParts;
-}
-
 // Turns a vector about the vertical.
 Vec3 turned(const Vec3& v, double angle) {
     const double c = std::cos(angle), s = std::sin(angle);
@@ -61,8 +36,8 @@ Vec3 turned(const Vec3& v, double angle) {
 }
 
 // Directions of one beam of the species' source whose axis has azimuth 0, upward flights left out: each
-// beside its mirror images, so that symmetric surfaces get the same. \param spread  of azimuths that the beam
-// stands for.
+// beside its mirror images, so that symmetric surfaces get the same.
+// \param spread  of azimuths that the beam stands for.
 std::vector<SourceSample> source_samples(const Species& species, const Vec3& axis, double spread,
                                          std::size_t images, std::size_t count) {
     constexpr double kGolden = 0.6180339887498949;
@@ -163,19 +138,6 @@ Lookouts lookouts(const TriangleMesh& mesh, const Wedges& wedges, const LateralB
     return result;
 }
 
-bool sees(const Geometry& geometry, Vec3 position, Vec3 path) {
-    if (geometry.straight) path.y() = 0.0;
-    constexpr int kMostSides = 10000;  // a path that crosses more is flat but for rounding
-    for (int sides = 0; sides < kMostSides; ++sides) {
-        const SideMeeting side = next_side(geometry.box, position, path);
-        if (geometry.scene.occluded(position, path, 0.0, side.distance)) return false;
-        if (!std::isfinite(side.distance) || position.z() + side.distance * path.z() > geometry.top)
-            return true;
-        if (!cross_side(geometry.box, side, position, path)) return true;
-    }
-    return false;
-}
-
 }  // namespace
 
 bool has_direct_flux(const Species& species) {
@@ -234,8 +196,12 @@ DirectFlux::DirectFlux(const Species& species) {
     }
 }
 
+double DirectFlux::azimuth_of(std::size_t beam) const {
+    return azimuth_ + 2.0 * kPi * static_cast<double>(beam) / static_cast<double>(beams_);
+}
+
 std::vector<Vec3> DirectFlux::towards(std::size_t beam) const {
-    const double turn = azimuth_ + 2.0 * kPi * static_cast<double>(beam) / static_cast<double>(beams_);
+    const double turn = azimuth_of(beam);
     // Every so many of the samples with their images, in an order in which the first few are from all over
     // the beam.
     constexpr std::size_t kTurns = 4;
@@ -256,7 +222,7 @@ double DirectFlux::at(std::size_t tally, double cosine, double azimuth) const {
         return at - static_cast<double>(i);
     };
     std::size_t i = 0, j = 0;
-    // At equal steps of sin(polar angle / 2), which takes no arc cosine.
+    // sin(polar angle / 2) takes no arc cosine.
     const double u = part_of(std::sqrt(std::max(0.0, 0.5 - 0.5 * cosine)), kAngles, i);
     const double* row = &table_[tally * azimuths_ * kAngles + i];
     if (azimuths_ == 1) return row[0] + u * (row[1] - row[0]);
@@ -271,8 +237,7 @@ void DirectFlux::add(const Vec3& normal, std::size_t material, std::span<const d
         if (!(open[b] > 0.0)) continue;
         double cosine = normal.z(), azimuth = 0.0;
         if (azimuths_ > 1) {
-            const double turn = azimuth_ + 2.0 * kPi * static_cast<double>(b) / static_cast<double>(beams_);
-            const Vec3 n = turned(normal, -turn);
+            const Vec3 n = turned(normal, -azimuth_of(b));
             cosine = tilt_sine_ * n.x() + tilt_cosine_ * n.z();
             azimuth = std::atan2(std::abs(n.y()), tilt_cosine_ * n.x() - tilt_sine_ * n.z());
         }
@@ -280,14 +245,6 @@ void DirectFlux::add(const Vec3& normal, std::size_t material, std::span<const d
         for (std::size_t k = 0; k < tallies(); ++k)
             flux[k] += weight * scale_[k][scale_[k].size() == 1 ? 0 : material] * at(k, cosine, azimuth);
     }
-}
-
-std::vector<Vec3> wedge_normals(const TriangleMesh& mesh, const Wedges& wedges) {
-    std::vector<Vec3> normals(wedges.count(), Vec3::Zero());
-    for (std::size_t c = 0; c < wedges.corner.size(); ++c)
-        normals[wedges.corner[c]] += area_vector(mesh, c / 3);
-    for (Vec3& normal : normals) normal.normalize();
-    return normals;
 }
 
 std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const TriangleMesh& mesh,
@@ -308,7 +265,8 @@ std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const Tri
                 if (above == kFew && (seen == 0 || seen == kFew)) break;
                 const double weight = d.dot(out.normal) / std::max(kLeastRise, d.z());
                 if (!(weight > 0.0)) continue;
-                const bool sees_it = sees(geometry, out.point, d);
+                const bool sees_it =
+                    sees_source(scene, box, out.point, geometry.straight ? Vec3(d.x(), 0.0, d.z()) : d);
                 ++above, all += weight;
                 if (sees_it) ++seen, arrives += weight;
             }

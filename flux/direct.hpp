@@ -40,6 +40,7 @@ class DirectFlux {
              std::span<double> flux) const;
 
   private:
+    double azimuth_of(std::size_t beam) const;
     double at(std::size_t tally, double cosine, double azimuth) const;
 
     std::size_t beams_ = 1, images_ = 1, azimuths_ = 1;  // images: of a sample; azimuths: of the table
@@ -58,8 +59,5 @@ class DirectFlux {
 std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const TriangleMesh& mesh,
                                              const surface::RayScene& scene, const LateralBox& box,
                                              const Wedges& wedges, bool coarse = false);
-
-/// Unit normals of the wedges' fans, weighted by area.
-std::vector<Vec3> wedge_normals(const TriangleMesh& mesh, const Wedges& wedges);
 
 }  // namespace sidewall::flux

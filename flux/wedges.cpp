@@ -83,4 +83,19 @@ Wedges make_wedges(const TriangleMesh& mesh, std::span<const std::int32_t> mater
     return wedges;
 }
 
+std::vector<Vec3> wedge_normals(const TriangleMesh& mesh, const Wedges& wedges) {
+    std::vector<Vec3> normals(wedges.count(), Vec3::Zero());
+    for (std::size_t c = 0; c < wedges.corner.size(); ++c)
+        normals[wedges.corner[c]] += area_vector(mesh, c / 3);
+    for (Vec3& normal : normals) normal.normalize();
+    return normals;
+}
+
+std::vector<std::int32_t> wedge_materials(const Wedges& wedges, std::span<const std::int32_t> materials) {
+    std::vector<std::int32_t> by_wedge(wedges.count(), 0);
+    for (std::size_t c = 0; c < wedges.corner.size() && !materials.empty(); ++c)
+        by_wedge[wedges.corner[c]] = materials[c / 3];
+    return by_wedge;
+}
+
 }  // namespace sidewall::flux

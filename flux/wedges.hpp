@@ -35,6 +35,13 @@ struct FluxField {
 Wedges make_wedges(const TriangleMesh& mesh, std::span<const std::int32_t> materials = {},
                    double crease = 40.0 * std::numbers::pi / 180.0);
 
+/// Unit normals of the wedges' fans, weighted by area.
+std::vector<Vec3> wedge_normals(const TriangleMesh& mesh, const Wedges& wedges);
+
+/// Materials of the wedges, 0 without triangles.
+/// \param materials  one id a triangle, or empty if there is one material, 0.
+std::vector<std::int32_t> wedge_materials(const Wedges& wedges, std::span<const std::int32_t> materials);
+
 /// Value of a quantity stored by wedge at a triangle's point with barycentric weights \p u and \p v of its
 /// second and third corner.
 inline double interpolate(const Wedges& wedges, std::span<const double> values, std::uint32_t triangle,

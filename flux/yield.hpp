@@ -61,6 +61,11 @@ inline double yield_of(const Yield& yield, std::size_t material, bool has_energy
            angular_factor(yield, cosine);
 }
 
+/// Mean of g(E) over energies as they are drawn, by a midpoint rule; 1 for a species without energy.
+double mean_energy_factor(const Yield& yield, const Energy& energy);
+/// Mean of g(E) over the energies of a bin of a tabulated source.
+double mean_energy_factor(const Yield& yield, const SourceBin& bin);
+
 /// Mean yield of what a source sends to an open horizontal wafer of material 0: over its angles and energies, by
 /// midpoint rules, relative error about 1e-4. \p species may lack the yield.
 double mean_yield(const Species& species, const Yield& yield);

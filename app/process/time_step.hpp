@@ -63,7 +63,7 @@ TimeStep choose_time_step(const Recipe& recipe, const Step& step, const Model& m
                           const levelset::Motion& motion, double to_stop);
 
 /// The recipe's scheme, or the one that the model needs: upwinding takes one speed a point, a speed that turns
-/// with the normal needs Lax-Friedrichs.
+/// with the normal needs the schemes of V(n).
 levelset::AdvectionOptions scheme_for(const levelset::SpeedLaw& law, levelset::AdvectionOptions options);
 
 /// Moves the surface for a time step.

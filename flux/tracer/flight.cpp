@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "surface/infinity.hpp"
 
@@ -113,6 +114,20 @@ DomainExit domain_exit(const Geometry& geometry, const Vec3& start, const Vec3& 
             exit.to_source =
                 exit.to_source && exit.end[axis] >= box.min[axis] && exit.end[axis] <= box.max[axis];
     return exit;
+}
+
+bool sees_source(const surface::RayScene& scene, const LateralBox& box, Vec3 position, Vec3 path) {
+    // A path that crosses so many sides before it rises above the surface is flat but for rounding (below
+    // 0.006 degrees where the surface is as high as the domain is wide).
+    constexpr int kMostSides = 10000;
+    for (int sides = 0; sides < kMostSides; ++sides) {
+        const SideMeeting side = next_side(box, position, path);
+        if (scene.occluded(position, path, 0.0, side.distance)) return false;
+        if (!std::isfinite(side.distance)) return true;
+        const bool above = position.z() + side.distance * path.z() > scene.top();
+        if (above || !cross_side(box, side, position, path)) return true;
+    }
+    return false;
 }
 
 Vec3 outward_normal(const Geometry& geometry, std::uint32_t triangle) {

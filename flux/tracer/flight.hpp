@@ -65,6 +65,11 @@ struct DomainExit {
 /// \param start, direction  of the ray before any side it crossed.
 DomainExit domain_exit(const Geometry& geometry, const Vec3& start, const Vec3& direction);
 
+/// Whether the source is in line of sight: a straight \p path from \p position goes on through sides and rises above the
+/// surface, or leaves through an open side, without a hit. One that crosses 10,000 sides before counts as hidden.
+/// \param position  off the surface, in the box or on its sides.
+bool sees_source(const surface::RayScene& scene, const LateralBox& box, Vec3 position, Vec3 path);
+
 /// Outward unit normal of the triangle, double precision; the zero vector if it has no area.
 Vec3 outward_normal(const Geometry& geometry, std::uint32_t triangle);
 

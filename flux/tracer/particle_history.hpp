@@ -37,9 +37,9 @@ struct Trace {
     std::span<const std::int32_t> materials;  ///< by triangle, or empty
     std::uint64_t roulette = kOne;            ///< weights below it play Russian roulette
     std::uint32_t max_bounces = 0;
-    std::size_t reflected =
-        0;                 ///< the first tally of hits after the first one; 0: they have none of their own
-    bool adjoint = false;  ///< first arrivals are sampled from the surface, see adjoint.hpp
+    /// The first tally of hits after the first one; 0: they have none of their own.
+    std::size_t reflected = 0;
+    bool adjoint = false;        ///< first arrivals are sampled from the surface, see adjoint.hpp
     std::function<bool()> stop;  ///< asked now and then; true abandons the block
 };
 

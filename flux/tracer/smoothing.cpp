@@ -153,15 +153,10 @@ struct Places {
 };
 
 Places places_of(const TriangleMesh& mesh, const Wedges& wedges, std::span<const std::int32_t> materials) {
-    Places places{std::vector<Vec3>(wedges.count()), std::vector<Vec3>(wedges.count(), Vec3::Zero()),
-                  std::vector<std::int32_t>(wedges.count(), 0)};
-    for (std::size_t c = 0; c < wedges.corner.size(); ++c) {
-        const std::uint32_t w = wedges.corner[c];
-        places.point[w] = mesh.vertices[mesh.triangles[c / 3][c % 3]];
-        places.normal[w] += area_vector(mesh, c / 3);
-        if (!materials.empty()) places.material[w] = materials[c / 3];
-    }
-    for (Vec3& normal : places.normal) normal.normalize();
+    Places places{std::vector<Vec3>(wedges.count()), wedge_normals(mesh, wedges),
+                  wedge_materials(wedges, materials)};
+    for (std::size_t c = 0; c < wedges.corner.size(); ++c)
+        places.point[wedges.corner[c]] = mesh.vertices[mesh.triangles[c / 3][c % 3]];
     return places;
 }
 

@@ -101,3 +101,32 @@ TEST_CASE("facets under a turning tilted beam are the same on both sides") {
         CHECK(right + left == Approx(0.0).margin(0.03));
     }
 }
+
+// A gas etches under the mask from the first moment, whether ions come with it or not.
+TEST_CASE("the undercut of a mask under a gas and ions does not depend on the grid") {
+    const std::string recipe = R"([domain]
+extent = [4.0]
+boundary = ["reflective", "periodic"]
+[[layer]]
+material = "Si"
+[[layer]]
+material = "Mask"
+shape = "trench"
+thickness = 0.4
+width = 1.0
+[[step]]
+model = "multi_particle"
+duration = 1.0
+species = [ { name = "gas", sticking = 0.01, rate = { Si = -0.6 } }, { name = "ion", kind = "ion", rate = { Si = -0.3 } } ]
+[flux]
+rays = 50_000
+[metrology]
+measures = ["undercut"]
+)";
+    const auto undercut = [&](const std::string& spacing) {
+        return run_text(recipe, {"domain.grid_spacing=" + spacing})
+            .summary["metrology"]["undercut"]
+            .get<double>();
+    };
+    CHECK(undercut("0.1") == Approx(undercut("0.05")).margin(0.02));
+}

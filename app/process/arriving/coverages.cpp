@@ -8,14 +8,6 @@
 namespace sidewall::app {
 namespace {
 
-// Material of every wedge.
-std::vector<std::int32_t> wedge_materials(const SurfaceFlux& arriving) {
-    std::vector<std::int32_t> materials(arriving.wedges.count(), 0);
-    for (std::size_t c = 0; c < arriving.wedges.corner.size(); ++c)
-        materials[arriving.wedges.corner[c]] = arriving.materials[c / 3];
-    return materials;
-}
-
 // Positions of the wedges; empty unless the model asks.
 std::vector<Vec3> wedge_positions(const Model& model, const TriangleMesh& mesh, const flux::Wedges& wedges) {
     std::vector<Vec3> positions(model.depends_on_position ? wedges.count() : 0);
@@ -55,8 +47,8 @@ void balance(const Model& model, const std::vector<std::vector<double>>& flux, s
 }  // namespace
 
 WedgePoints wedge_points(const Model& model, const TracedSurface& surface, const SurfaceFlux& arriving) {
-    return {wedge_materials(arriving), wedge_positions(model, surface.traced(), arriving.wedges),
-            surface.time};
+    return {flux::wedge_materials(arriving.wedges, arriving.materials),
+            wedge_positions(model, surface.traced(), arriving.wedges), surface.time};
 }
 
 bool are_steady(const Coverages& coverages) {

@@ -138,17 +138,7 @@ bool in_line_of_sight(const TracedSurface& surface, const Vec3& point, const Vec
         position.z() -= 2e-2 * spacing;
         return surface.columns->open_above(position);
     }
-    // A path that crosses so many sides before it rises above the surface is flat but for rounding (below
-    // 0.006 degrees where the surface is as high as the domain is wide); it counts as shadowed.
-    constexpr int kMostSides = 10000;
-    for (int sides = 0; sides < kMostSides; ++sides) {
-        const flux::SideMeeting side = flux::next_side(surface.box, position, path);
-        if (surface.scene->occluded(position, path, 0.0, side.distance)) return false;
-        if (!std::isfinite(side.distance)) return true;
-        const bool above = position.z() + side.distance * path.z() > surface.scene->top();
-        if (above || !flux::cross_side(surface.box, side, position, path)) return true;
-    }
-    return false;
+    return flux::sees_source(*surface.scene, surface.box, position, path);
 }
 
 }  // namespace sidewall::app

@@ -243,9 +243,11 @@ levelset::SpeedLaw law_at(const std::shared_ptr<const SamplePoints>& points, con
         };
         law.speed_class = points->groups();
     }
-    if (!points->direct.empty())
+    if (!points->direct.empty()) {
+        const std::vector<Vec3> normals = triangle_normals(surface.traced());
         for (const levelset::SurfaceSample& sample : extension.samples)
-            law.normal.push_back(area_vector(surface.traced(), sample.triangle).normalized().cast<float>());
+            law.normal.push_back(normals[sample.triangle].cast<float>());
+    }
     const auto at_samples = [&](auto value_of) {
         return [points, value_of = std::move(value_of)](std::size_t sample, std::size_t layer) {
             using Value = decltype(points->at(sample, layer, Vec3::UnitZ(), value_of));

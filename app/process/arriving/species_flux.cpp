@@ -167,10 +167,9 @@ std::vector<DirectPart> direct_parts(const Recipe& recipe, const Model& model, c
 
 // Sets the fluxes that models see to what comes straight, which is known without noise, and the rest.
 void join_parts(const TracedSurface& surface, SurfaceFlux& arriving) {
+    if (arriving.direct.empty()) return;
     const std::vector<Vec3> normals = flux::wedge_normals(surface.traced(), arriving.wedges);
-    std::vector<std::int32_t> materials(normals.size(), 0);
-    for (std::size_t c = 0; c < arriving.wedges.corner.size(); ++c)
-        materials[arriving.wedges.corner[c]] = arriving.materials[c / 3];
+    const std::vector<std::int32_t> materials = flux::wedge_materials(arriving.wedges, arriving.materials);
     for (DirectPart& part : arriving.direct) {
         const std::size_t tallies = part.source->tallies();
         const auto first = arriving.flux.begin() + static_cast<std::ptrdiff_t>(part.tally);
