@@ -161,7 +161,9 @@ SampleSpeeds sample_speeds(const MaterialStack& stack, const Motion& motion, Sch
                 static_cast<double>(
                     (std::abs(speeds.first[n]) * normals[n].cwiseAbs() + speeds.slope[n].cwiseAbs()).sum()));
     }
-    // Bodies recede at their edges from the first moment, by V at the normal of the surface there.
+    // Bodies recede at their edges from the first moment, by V at the normal of the surface there, where it
+    // is known.
+    if (motion.law.depends_on_normal && motion.law.normal.empty()) return speeds;
     const std::size_t plain = motion.extension.plain();
     surface::parallel_each(motion.extension.body.size(), 1024, [&](std::size_t k) {
         const std::size_t n = plain + k, body = motion.extension.body[k];
