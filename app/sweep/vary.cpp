@@ -67,8 +67,7 @@ void read_range(const std::vector<std::string>& parts, const std::string& option
 Vary parse_vary(const std::string& text) {
     const std::string option = "--vary " + text;
     const std::size_t equals = end_of_key(text);
-    if (equals == std::string::npos || equals == 0)
-        throw RecipeError("{}: names no key: {}", option, kForms);
+    if (equals == std::string::npos || equals == 0) throw RecipeError("{}: names no key: {}", option, kForms);
     Vary vary{.key = text.substr(0, equals)};
     std::vector<std::string> values = list_of(text.substr(equals + 1));
     const std::vector<std::string> parts = split(values[0], ':');
