@@ -212,7 +212,7 @@ void advance(const Recipe& recipe, const Model& model, const std::vector<levelse
     const bool anew = state.chooses_columns();
     std::vector<levelset::LevelColumns> wanted;
     if (anew) wanted = levelset::columns_of_speed(state.stack, motions.front());
-    advect(recipe, model, motions, next, state.stack, state.timing);
+    advect(recipe, motions, next, state.stack, state.timing);
     if (anew) {  // also where nothing moves, as it may in the next time steps
         const PhaseClock clock(state.timing.redistance);
         levelset::choose_columns(state.stack, wanted);

@@ -186,8 +186,8 @@ levelset::AdvectionOptions scheme_for(const levelset::SpeedLaw& law, levelset::A
     return options;
 }
 
-void advect(const Recipe& recipe, const Model& model, const std::vector<levelset::Motion>& motions,
-            const TimeStep& next, levelset::MaterialStack& stack, Timing& timing) {
+void advect(const Recipe& recipe, const std::vector<levelset::Motion>& motions, const TimeStep& next,
+            levelset::MaterialStack& stack, Timing& timing) {
     // What stands still is left as it is: re-distancing would move it by a thousandth of a cell.
     const bool moves = next.speed > 0.0 || std::ranges::any_of(motions, [&](const levelset::Motion& motion) {
                            return levelset::max_speed(stack, motion) > 0.0;

@@ -69,7 +69,7 @@ levelset::AdvectionOptions scheme_for(const levelset::SpeedLaw& law, levelset::A
 /// Moves the surface for a time step.
 /// \param motions  one for the whole time step, or one for each Runge-Kutta stage.
 /// \throws as levelset::advect.
-void advect(const Recipe& recipe, const Model& model, const std::vector<levelset::Motion>& motions,
-            const TimeStep& next, levelset::MaterialStack& stack, Timing& timing);
+void advect(const Recipe& recipe, const std::vector<levelset::Motion>& motions, const TimeStep& next,
+            levelset::MaterialStack& stack, Timing& timing);
 
 }  // namespace sidewall::app
