@@ -207,8 +207,8 @@ std::vector<levelset::Motion> stage_motions(const Run& run, const Model& model, 
 }
 
 // Moves the surface and the time, and at times chooses the columns of grid levels anew.
-void advance(const Recipe& recipe, const Model& model, const std::vector<levelset::Motion>& motions,
-             const TimeStep& next, RunState& state) {
+void advance(const Recipe& recipe, const std::vector<levelset::Motion>& motions, const TimeStep& next,
+             RunState& state) {
     const bool anew = state.chooses_columns();
     std::vector<levelset::LevelColumns> wanted;
     if (anew) wanted = levelset::columns_of_speed(state.stack, motions.front());
@@ -272,7 +272,7 @@ std::shared_ptr<const TracedSurface> make_time_step(const Run& run, const Step& 
     run.folder.record(state, step, *surface, next);
     state.reuse = reuse;
     if (fresh) state.carried = std::move(*fresh);
-    advance(recipe, model, motions, next, state);
+    advance(recipe, motions, next, state);
     end_time_step(run, step, state);
     return nullptr;
 }

@@ -197,7 +197,7 @@ void count_step(Estimation& e, const Step& step, double times) {
     const double saving = seconds_to_save(model, e.state.stack, pilot.surface);
     e.last_seconds += e.cells * saving;
     start = now();
-    advect(e.measured, model, motions, next, e.state.stack, timing);
+    advect(e.measured, motions, next, e.state.stack, timing);
     if (pilot.surface.arriving && pilot.surface.arriving->trace)
         field_to_carry(e.measured, model, pilot.surface,
                        coverages_after(model, pilot.surface, next.dt));  // for its time alone
