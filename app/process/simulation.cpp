@@ -253,8 +253,7 @@ std::shared_ptr<const TracedSurface> make_time_step(const Run& run, const Step& 
     }
     if (ends) return surface;
     // Rates.
-    levelset::Motion motion =
-        surface_motion(model, state.stack, *surface, state.timing, state.chooses_columns());
+    levelset::Motion motion = motion_in_time_step(recipe, model, *surface, state);
     const TimeStep next = choose_time_step(recipe, step, model, state, motion, to_stop);
     // React: coverages at the end of the time step. Fluxes that were carried over leave nothing new.
     const FluxReuse reuse = next_reuse(recipe.flux.reuse, model, state.reuse,

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "app/process/arriving/rates.hpp"
+#include "app/process/arriving/surface_field.hpp"
 #include "app/process/endpoint.hpp"
 #include "app/recipe/figure_names.hpp"
 #include "app/recipe/recipe_domain.hpp"
@@ -154,6 +156,18 @@ std::string missing_figure_warning(const Recipe& recipe, const Step& step, std::
     return fmt::format(
         "step {} ({}): ended by its duration: it was to stop at {}, which the wafer does not have", number,
         step.name.empty() ? step.model : step.name, figure);
+}
+
+levelset::Motion motion_in_time_step(const Recipe& recipe, const Model& model, const TracedSurface& surface,
+                                     RunState& state) {
+    const auto motion_by = [&](const TracedSurface& from) {
+        return surface_motion(model, state.stack, from, state.timing, state.chooses_columns());
+    };
+    if (!surface.arriving || !surface.arriving->trace || state.begins_step() || model.coverages.transient ||
+        recipe.flux.reuse > 0.0 || recipe.flux.stages == "all")
+        return motion_by(surface);
+    const double share = state.time_steps[state.step] == 1 ? 1.0 : 0.5;
+    return motion_by(with_later_fluxes(model, state.carried, surface, share));
 }
 
 double equal_time_steps(double duration, double speed, double spacing, double cfl) {

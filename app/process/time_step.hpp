@@ -6,6 +6,7 @@
 
 #include "app/common/timing.hpp"
 #include "app/models/model.hpp"
+#include "app/process/arriving/traced_surface.hpp"
 #include "app/process/state.hpp"
 #include "app/recipe/recipe.hpp"
 #include "levelset/layers/stack.hpp"
@@ -43,6 +44,12 @@ std::string stop_warning(const Recipe& recipe, const Step& step, std::size_t num
 /// \param surface  as extracted from \p stack.
 std::string missing_figure_warning(const Recipe& recipe, const Step& step, std::size_t number,
                                    const levelset::MaterialStack& stack, const TriangleMesh& surface);
+
+/// The motion by the fluxes of the time step's middle, where those of the time step before tell how they change. The
+/// first time step of a step does not know it; the second one makes up for what that leaves.
+/// \param surface  of the state's stack; fluxes carried over, or with transient coverages, move it as they are.
+levelset::Motion motion_in_time_step(const Recipe& recipe, const Model& model, const TracedSurface& surface,
+                                     RunState& state);
 
 /// A time step about to be made.
 struct TimeStep {

@@ -157,7 +157,7 @@ std::vector<Key> keys_of(FluxSection& flux) {
          "traced, less noise",
          kNotNegative},
         {"stages", &flux.stages, "",
-         "step: fluxes as of the start of a time step; all: traced again at every stage of "
+         "step: one trace a time step, gone on from the one before; all: traced again at every stage of "
          "advection.time_integration, the order of rk2 or rk3 where fluxes change smoothly",
          one_of({"step", "all"})},
     };

@@ -228,12 +228,32 @@ SurfaceFlux carried_fluxes(const Model& model, const SurfaceField& field, const 
     return parts;
 }
 
+TracedSurface with_later_fluxes(const Model& model, const SurfaceField& before, const TracedSurface& surface,
+                                double share) {
+    constexpr double kMostChange = 1.0 / 3.0;
+    const std::vector<std::string> names = carried_names(model);
+    TracedSurface later = surface;
+    SurfaceFlux& arriving = *later.arriving;
+    // Both are sampled a little inside of the wedges.
+    const auto then = carry(before, names, surface.traced(), arriving.wedges),
+               now = carry(flux_field(model, surface), names, surface.traced(), arriving.wedges);
+    const auto go_on = [&](std::vector<double>& flux, std::size_t tally) {
+        for (std::size_t w = 0; w < flux.size(); ++w) {
+            const double change = now[tally][w] - then[tally][w];
+            if (std::abs(change) < kMostChange * now[tally][w])
+                flux[w] = std::max(0.0, flux[w] + share * change);
+        }
+    };
+    for (std::size_t tally = 0; tally < arriving.flux.size(); ++tally) go_on(arriving.flux[tally], tally);
+    for (DirectPart& part : arriving.direct)
+        for (std::size_t k = 0; k < part.rest.size(); ++k) go_on(part.rest[k], part.tally + k);
+    return later;
+}
+
 SurfaceField field_to_carry(const Recipe& recipe, const Model& model, const TracedSurface& surface,
                             const std::vector<std::vector<double>>& coverage) {
     const SurfaceFlux& arriving = *surface.arriving;
-    const bool transient = model.coverages.transient, reuse = recipe.flux.reuse > 0.0 && !transient;
-    // Steady coverages balance their desorption with the flux before, see Leaving in coverages.hpp.
-    const bool fluxes = reuse || (model.desorption && !transient && !model.coverages.names.empty());
+    const bool fluxes = !model.coverages.transient;
     std::vector<std::string> names = fluxes ? carried_names(model) : model.coverages.names;
     std::vector<std::vector<double>> values = fluxes ? carried_values(arriving) : coverage;
     if (surface.simplified && bounds_by_flux(recipe.simplify)) {

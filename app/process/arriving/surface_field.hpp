@@ -87,9 +87,17 @@ SurfaceField flux_field(const Model& model, const TracedSurface& surface);
 SurfaceFlux carried_fluxes(const Model& model, const SurfaceField& field, const TriangleMesh& mesh,
                            SurfaceFlux parts);
 
-/// What the next time step needs to know of this one's surface: coverages; how steeply fluxes vary if the
-/// recipe lets that bound the simplification; the fluxes themselves if it lets them be used again, or if
-/// desorption in steady state needs them.
+/// The surface with the fluxes of a later time, by what they were a time step before at the closest point: F + share (F -
+/// F_before), share 1/2 for the middle of a time step as long as the one before (the two-step method of Adams and Bashforth).
+/// Fluxes that changed by more than a third, as where a shadow's edge has passed, stay as they are, and so does what comes
+/// straight from a narrow source.
+/// \param before  fluxes of the time step before.
+/// \pre the surface was traced.
+TracedSurface with_later_fluxes(const Model& model, const SurfaceField& before, const TracedSurface& surface,
+                                double share);
+
+/// What the next time step needs to know of this one's surface: fluxes and coverages; how steeply fluxes vary if the
+/// recipe lets that bound the simplification.
 /// \param coverage  at the end of this time step, one list a name by wedge.
 /// \pre the surface was traced.
 SurfaceField field_to_carry(const Recipe& recipe, const Model& model, const TracedSurface& surface,
