@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# release_test.sh RELEASE sources|package|archive|wheel: in a bare root of Debian's or Ubuntu's RELEASE (bookworm, trixie, noble),
+# release_test.sh RELEASE [sources|package|archive|wheel]: in a bare root of Debian's or Ubuntu's RELEASE (bookworm, trixie, noble),
 # which has nothing but its package manager:
 #   sources   ./setup.sh run and ./setup.sh test of what is committed, timed
 #   package   what ./setup.sh package made is installed, used by a user without privileges, and removed without trace
@@ -9,7 +9,7 @@
 # one. MIRROR: a mirror to fetch from. APT_OPTIONS are apt-get's in there. CCACHE_DIR is used, if it is set.
 set -euo pipefail
 [ "${SIDEWALL_IN_NAMESPACE:-}" ] || SIDEWALL_IN_NAMESPACE=1 exec unshare --mount --propagation private "$0" "$@"
-release=$1 what=$2
+release=$1 what=${2:-sources}
 source=$(realpath "$(dirname "${BASH_SOURCE[0]}")/..")
 configs=/usr/share/sidewall/configs
 
