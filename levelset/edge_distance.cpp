@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace sidewall::levelset {
 namespace {
@@ -92,8 +93,14 @@ float edge_distance(const float* v, float u, float inv_dx, float farthest) {
         plane.normal = normal_at(v + offset, inv_dx);
         plane.distance = plane.arrival - plane.normal.dot(plane.neighbour);
     }
-    std::sort(planes.begin(), planes.begin() + static_cast<std::ptrdiff_t>(count),
-              [](const Plane& a, const Plane& b) { return a.arrival < b.arrival; });
+    const auto put_in_order = [&](std::size_t a, std::size_t b) {
+        if (planes[b].arrival < planes[a].arrival) std::swap(planes[a], planes[b]);
+    };
+    put_in_order(0, 1);
+    if (count == 3) {
+        put_in_order(1, 2);
+        put_in_order(0, 1);
+    }
     const Plane &first = planes[0], &second = planes[1];
     if (first.normal.dot(second.normal) > kParallel) return u;
     if (!diverge(first, second)) return hollow > kSharpBend ? std::min(first.distance, second.distance) : u;

@@ -8,10 +8,10 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/optional.hpp>
 #include <cmath>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "simplify/collapse_mesh.hpp"
@@ -26,6 +26,9 @@ using Point = Kernel::Point_3;
 using Vector = Kernel::Vector_3;
 using Mesh = CGAL::Surface_mesh<Point>;
 using Vertex = Mesh::Vertex_index;
+// boost::optional before CGAL 6, std::optional since.
+using MaybePoint =
+    decltype(std::declval<sms::LindstromTurk_placement<Mesh>>()(std::declval<sms::Edge_profile<Mesh>>()));
 
 constexpr std::uint32_t kMoved = 0xffffffffu;
 
@@ -57,14 +60,14 @@ struct Placement {
     sms::LindstromTurk_placement<Mesh> lindstrom_turk;
 
     template <class Profile>
-    boost::optional<Point> operator()(const Profile& edge) const {
+    MaybePoint operator()(const Profile& edge) const {
         const Vertex a = edge.v0(), b = edge.v1();
         const bool boundary_edge = edge.is_v0_v1_a_border() || edge.is_v1_v0_a_border();
         const MergedPlace where = state->place(a, b, edge.p0(), edge.p1(), boundary_edge);
-        if (where == MergedPlace::nowhere) return boost::none;
+        if (where == MergedPlace::nowhere) return {};
         if (where == MergedPlace::start || edge.p0() == edge.p1()) return edge.p0();
         if (where == MergedPlace::end) return edge.p1();
-        boost::optional<Point> place = lindstrom_turk(edge);
+        MaybePoint place = lindstrom_turk(edge);
         if (!place || !near(edge, *place)) place = CGAL::midpoint(edge.p0(), edge.p1());
         // On the boundary both ends lie in the same side planes, elsewhere in none.
         Vec3 p(place->x(), place->y(), place->z());
@@ -97,8 +100,8 @@ struct ShapeFilter {
     const State* state;
 
     template <class Profile>
-    boost::optional<Point> operator()(const Profile& edge, const boost::optional<Point>& place) const {
-        if (!place) return boost::none;
+    MaybePoint operator()(const Profile& edge, const MaybePoint& place) const {
+        if (!place) return {};
         const std::size_t vanishing =
             std::size_t{edge.left_face_exists()} + std::size_t{edge.right_face_exists()};
         double worst_before = kMinHeight, worst_after = kMinHeight;
@@ -111,10 +114,10 @@ struct ShapeFilter {
             // The second vertex of every triangle that stays is the one that moves.
             const Shape after = shape(p, *place, q);
             worst_after = std::min(worst_after, after.height);
-            if (!(after.height > 0.0)) return boost::none;
-            if (before.height > 0.0 && !(before.normal * after.normal > 0.0)) return boost::none;
+            if (!(after.height > 0.0)) return {};
+            if (before.height > 0.0 && !(before.normal * after.normal > 0.0)) return {};
         }
-        if (worst_after < worst_before) return boost::none;
+        if (worst_after < worst_before) return {};
         return place;
     }
 

@@ -1,9 +1,8 @@
 #include "surface/ray_scene.hpp"
 
-#include <embree3/rtcore.h>
-
 #include <algorithm>
 
+#include "surface/embree.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::surface {
@@ -74,12 +73,10 @@ RayScene::RayScene(const TriangleMesh& mesh) : vertices_(mesh.vertices), triangl
 }
 
 RayHit RayScene::closest_hit(const Vec3& origin, const Vec3& direction, double t_min, double t_max) const {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
     RTCRayHit query{};
     query.ray = make_ray(origin, direction, t_min, t_max);
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(scene_.get(), &context, &query);
+    intersect(scene_.get(), query);
     RayHit hit;
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return hit;
     hit.triangle = query.hit.primID;
@@ -91,29 +88,25 @@ RayHit RayScene::closest_hit(const Vec3& origin, const Vec3& direction, double t
     return hit;
 }
 
-static_assert(sizeof(RayPacket) == sizeof(RTCRayHit8) && alignof(RayPacket) == alignof(RTCRayHit8) &&
+static_assert(sizeof(RayPacket) >= sizeof(RTCRayHit8) && alignof(RayPacket) == alignof(RTCRayHit8) &&
               offsetof(RayPacket, t_max) == offsetof(RTCRay8, tfar) &&
               offsetof(RayPacket, normal_x) == offsetof(RTCRayHit8, hit) &&
               offsetof(RayPacket, triangle) == offsetof(RTCRayHit8, hit) + offsetof(RTCHit8, primID) &&
               RTC_INVALID_GEOMETRY_ID == kNoTriangle);
 
 void RayScene::closest_hits(const int* active, RayPacket& packet) const {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
     for (std::size_t i = 0; i < RayPacket::kRays; ++i) {
         packet.time[i] = 0.0f;
         packet.mask[i] = 0xffffffffu;
         packet.id[i] = packet.flags[i] = 0;
         packet.geometry[i] = packet.triangle[i] = kNoTriangle;
     }
-    rtcIntersect8(active, scene_.get(), &context, reinterpret_cast<RTCRayHit8*>(&packet));
+    intersect(active, scene_.get(), reinterpret_cast<RTCRayHit8&>(packet));
 }
 
 bool RayScene::occluded(const Vec3& origin, const Vec3& direction, double t_min, double t_max) const {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
     RTCRay ray = make_ray(origin, direction, t_min, t_max);
-    rtcOccluded1(scene_.get(), &context, &ray);
+    find_any(scene_.get(), ray);
     return ray.tfar < 0.0f;
 }
 

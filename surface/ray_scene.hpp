@@ -28,7 +28,8 @@ struct RayHit : SurfaceHit {
     Vec3 normal = Vec3::Zero();  ///< the triangle's in single precision, as long as twice its area
 };
 
-/// Eight rays, and what each of them meets first: an array a component, laid out as Embree's RTCRayHit8.
+/// Eight rays, and what each of them meets first: an array a component, laid out as Embree's RTCRayHit8, in which version 4
+/// has a second array about instances.
 struct alignas(32) RayPacket {
     static constexpr std::size_t kRays = 8;
 
@@ -39,7 +40,7 @@ struct alignas(32) RayPacket {
     float normal_x[kRays], normal_y[kRays], normal_z[kRays];  ///< of the triangle, as long as twice its area
     float u[kRays], v[kRays];                                 ///< barycentric weights as in SurfaceHit
     std::uint32_t triangle[kRays];                            ///< kNoTriangle for a ray that hits nothing
-    std::uint32_t geometry[kRays], instance[kRays];
+    std::uint32_t geometry[kRays], instance[2 * kRays];
 };
 
 /// The one wrapper around Embree: a bounding volume hierarchy over a mesh, for closest hits and closest

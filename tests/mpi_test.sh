@@ -94,7 +94,8 @@ TEXT
     ranks 3 ./rank.sh run long.toml -o lost --quiet >log 2>&1 & job=$!
     await lost/checkpoint.vdb; sleep 0.5; kill -KILL "$(cat pid.1)"
     code=0; wait $job || code=$?
-    [ $code = 137 ] && grep -q 'rank 1 .*exited on signal 9' log || fail "a lost rank ended with $code: $(cat log)"
+    # Open MPI 5 breaks the line.
+    [ $code = 137 ] && tr '\n' ' ' <log | grep -q 'rank 1 .*exited on *signal 9' || fail "a lost rank ended with $code: $(cat log)"
 
     # A signal to one rank stops all of them at the same time step, with a checkpoint; it goes on from there.
     ranks 3 ./rank.sh run long.toml -o lost --quiet --resume >log 2>&1 & job=$!

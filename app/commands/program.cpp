@@ -119,7 +119,7 @@ void require_shared_command(int argc, char** argv) {
 int run(int argc, char** argv) {
     CLI::App program{"Sidewall: etch and deposition on a virtual wafer"};
     program.name("sidewall");
-    program.set_version_flag("--version", version());
+    program.set_version_flag("--version", fmt::format("{}\n{}", version(), built_with()));
     program.require_subcommand(1);
     program.failure_message(usage_error);
     for (const auto add :

@@ -6,4 +6,8 @@ const char* version() {
     return SIDEWALL_VERSION;
 }
 
+const char* built_with() {
+    return SIDEWALL_BUILT_WITH;
+}
+
 }  // namespace sidewall::app

@@ -5,7 +5,6 @@
 // Without meshes: the study's surfaces. All tables but the long one, 1e8 rays on each surface, unless one is
 // named. Rates are per CPU second of one thread: the best of several runs taken in turns.
 #include <dlfcn.h>
-#include <embree3/rtcore.h>
 #include <sys/resource.h>
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
@@ -17,6 +16,7 @@
 #include <functional>
 #include <vector>
 
+#include "surface/embree.hpp"
 #include "tests/bench/flux_scene.hpp"
 
 using namespace sidewall;
@@ -41,6 +41,18 @@ struct Recorder {
     }
 } recorder;
 
+void record(const int* valid, const RTCRay8& r) {
+    if (!recorder.on) return;
+    std::uint8_t lanes = 0;
+    for (int i = 0; i < 8; ++i) {
+        if (valid[i] == 0) continue;
+        recorder.segments.push_back(
+            {{r.org_x[i], r.org_y[i], r.org_z[i]}, {r.dir_x[i], r.dir_y[i], r.dir_z[i]}, r.tfar[i]});
+        ++lanes;
+    }
+    recorder.lanes.push_back(lanes);
+}
+
 double wall_seconds() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
@@ -48,23 +60,21 @@ double wall_seconds() {
 }  // namespace
 
 // Stands before Embree's own, which it calls: so the engine is measured and recorded as it is built.
+#if RTC_VERSION_MAJOR >= 4
+extern "C" void rtcIntersect8(const int* valid, RTCScene scene, RTCRayHit8* packet,
+                              RTCIntersectArguments* arguments) {
+    static const auto embree = reinterpret_cast<decltype(&rtcIntersect8)>(dlsym(RTLD_NEXT, "rtcIntersect8"));
+    record(valid, packet->ray);
+    embree(valid, scene, packet, arguments);
+}
+#else
 extern "C" void rtcIntersect8(const int* valid, RTCScene scene, RTCIntersectContext* context,
                               RTCRayHit8* packet) {
-    using Function = void (*)(const int*, RTCScene, RTCIntersectContext*, RTCRayHit8*);
-    static const auto embree = reinterpret_cast<Function>(dlsym(RTLD_NEXT, "rtcIntersect8"));
-    if (recorder.on) {
-        std::uint8_t lanes = 0;
-        const RTCRay8& r = packet->ray;
-        for (int i = 0; i < 8; ++i) {
-            if (valid[i] == 0) continue;
-            recorder.segments.push_back(
-                {{r.org_x[i], r.org_y[i], r.org_z[i]}, {r.dir_x[i], r.dir_y[i], r.dir_z[i]}, r.tfar[i]});
-            ++lanes;
-        }
-        recorder.lanes.push_back(lanes);
-    }
+    static const auto embree = reinterpret_cast<decltype(&rtcIntersect8)>(dlsym(RTLD_NEXT, "rtcIntersect8"));
+    record(valid, packet->ray);
     embree(valid, scene, context, packet);
 }
+#endif
 
 namespace {
 
@@ -72,8 +82,6 @@ namespace {
 // them).
 template <std::size_t Width, class Packet, class Intersect>
 double replay(RTCScene scene, const Intersect& intersect) {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
     alignas(64) std::array<int, Width> valid;
     alignas(64) Packet packet;
     const auto lane = [](auto& values) {  // rtcIntersect1 has plain numbers
@@ -104,7 +112,7 @@ double replay(RTCScene scene, const Intersect& intersect) {
             lane(packet.ray.id)[i] = lane(packet.ray.flags)[i] = 0;
             lane(packet.hit.primID)[i] = lane(packet.hit.geomID)[i] = RTC_INVALID_GEOMETRY_ID;
         }
-        intersect(valid.data(), scene, &context, &packet);
+        intersect(valid.data(), scene, packet);
         for (std::size_t i = 0; i < count; ++i) hits += lane(packet.hit.geomID)[i] != RTC_INVALID_GEOMETRY_ID;
         next += count;
     }
@@ -125,12 +133,12 @@ void against_embree(const Scene& s) {
         double engine = 1e9, one = 1e9, eight = 1e9, sixteen = 1e9;
         for (int k = 0; k < kRepeats; ++k) {
             keep_best(engine, [&] { s.trace(sticking, kRays); });
-            one = std::min(
-                one, replay<1, RTCRayHit>(s.scene.handle(), [](int*, auto scene, auto* context, auto* p) {
-                    rtcIntersect1(scene, context, p);
-                }));
-            eight = std::min(eight, replay<8, RTCRayHit8>(s.scene.handle(), rtcIntersect8));
-            sixteen = std::min(sixteen, replay<16, RTCRayHit16>(s.scene.handle(), rtcIntersect16));
+            one = std::min(one, replay<1, RTCRayHit>(s.scene.handle(), [](const int*, auto scene, auto& p) {
+                               surface::intersect(scene, p);
+                           }));
+            const auto packets = [](auto valid, auto scene, auto& p) { surface::intersect(valid, scene, p); };
+            eight = std::min(eight, replay<8, RTCRayHit8>(s.scene.handle(), packets));
+            sixteen = std::min(sixteen, replay<16, RTCRayHit16>(s.scene.handle(), packets));
         }
         const auto rate = [&](double seconds) { return static_cast<double>(segments) / seconds * 1e-6; };
         fmt::print("{:<10}{:>9}{:>12}{:>10.2f}{:>10.2f}{:>10.2f}{:>10.2f}{:>9.0f} %\n", s.name, sticking,

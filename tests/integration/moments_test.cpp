@@ -90,7 +90,7 @@ TEST_CASE("the end of every step is a row of the timeline and has its measures i
         CHECK(steps[k]["time"] == time[k]);
         CHECK(steps[k]["measures"]["depth"].get<double>() == Approx(depth[k]).margin(0.005));
         CHECK(ends[k][0] == std::to_string(k + 1));
-        CHECK(ends[k][1] == steps[k]["name"]);
+        CHECK(steps[k]["name"] == ends[k][1]);
         CHECK(std::stod(ends[k][timeline.column("time").value()]) == time[k]);
         CHECK(std::stod(ends[k][timeline.column("depth").value()]) ==
               Approx(steps[k]["measures"]["depth"].get<double>()).epsilon(1e-5));

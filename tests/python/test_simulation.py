@@ -326,6 +326,7 @@ def test_ctrl_c_ends_long_work_at_once(work, tmp_path):
 
 def test_the_module_runs_the_command_line():
     run = subprocess.run([sys.executable, "-m", "sidewall", "--version"], capture_output=True, text=True, env=os.environ)
-    assert run.stdout.strip() == sidewall.__version__ and run.returncode == 0
+    version, built_with = run.stdout.splitlines()
+    assert version == sidewall.__version__ and "OpenVDB" in built_with and run.returncode == 0
     run = subprocess.run([sys.executable, "-m", "sidewall", "nonsense"], capture_output=True, text=True)
     assert run.returncode == 2 and run.stderr.startswith("sidewall: there is no subcommand")

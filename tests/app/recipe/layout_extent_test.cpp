@@ -71,16 +71,17 @@ TEST_CASE("a profile along a line of the layout has the line's length and is ope
     const Recipe along = read("1");
     CHECK(along.domain.extent[0] == Approx(5.0));
     CHECK(along.domain.extent[1] == 0.0);
-    CHECK_THAT(ends(along), Catch::Approx(std::vector{-1.5, -0.5, 0.5, 1.5}).margin(1e-9));
+    CHECK_THAT(ends(along), Catch::Matchers::Approx(std::vector{-1.5, -0.5, 0.5, 1.5}).margin(1e-9));
     Recipe again = parse_recipe(effective_recipe(along), along.file);
     again.notes = along.notes;
     CHECK(again == along);
-    CHECK_THAT(ends(read("2")), Catch::Approx(std::vector{-0.5, 0.5}).margin(1e-9));
+    CHECK_THAT(ends(read("2")), Catch::Matchers::Approx(std::vector{-0.5, 0.5}).margin(1e-9));
     // The third line is y = x - 1.495, which leaves the square through its top, at x = 1.995.
     const Recipe across = read("3");
     CHECK(across.domain.extent[0] == Approx(4.3));  // 3 sqrt(2) in whole cells
-    CHECK_THAT(ends(across),
-               Catch::Approx(std::vector{-0.5 * std::sqrt(2.0), 0.495 * std::sqrt(2.0)}).margin(1e-9));
+    CHECK_THAT(
+        ends(across),
+        Catch::Matchers::Approx(std::vector{-0.5 * std::sqrt(2.0), 0.495 * std::sqrt(2.0)}).margin(1e-9));
     CHECK(read("1", "padding = 0.3\n").domain.extent[0] == Approx(5.6));
     CHECK(parse_recipe(recipe_on(folder, "[cut]\nlayer = \"69/0\""), "cut.toml").domain.extent[0] ==
           Approx(4.0));
@@ -88,7 +89,7 @@ TEST_CASE("a profile along a line of the layout has the line's length and is ope
           Approx(5.0));
     CHECK(refusal_of(recipe_on(folder, "[cut]\nlayer = \"71/0\"")) != "accepted");
     CHECK_THAT(ends(read("1", "", "position = [0.2, 0.1]\n")),
-               Catch::Approx(std::vector{-1.3, -0.3, 0.7, 1.7}).margin(1e-9));
+               Catch::Matchers::Approx(std::vector{-1.3, -0.3, 0.7, 1.7}).margin(1e-9));
 }
 
 TEST_CASE(

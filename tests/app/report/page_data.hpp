@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <string_view>
 
 #include "app/common/json.hpp"
 
@@ -26,8 +27,7 @@ inline app::Json data_of(const std::string& html) {
 }
 
 /// The first section of a type; one without a type if there is none.
-inline const app::Json& section(const app::Json& data, const std::string& type,
-                                const std::string& title = "") {
+inline const app::Json& section(const app::Json& data, std::string_view type, std::string_view title = "") {
     for (const app::Json& one : data["sections"])
         if (one["type"] == type && (title.empty() || one["title"] == title)) return one;
     FAIL("no section of type " << type << " " << title);
