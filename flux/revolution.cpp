@@ -148,6 +148,7 @@ struct Revolution::Ray {
 // 0, where p + q t is its right side. The discriminant over nr^2 is the square of a vector less (nr turn)^2,
 // without cancellation.
 void Revolution::meet(const Ray& ray, std::uint32_t segment, RingHit& best) const {
+    constexpr double kFlat = 1e-20;  // the square of a slope that rounding makes
     const Segment& s = segments_[segment];
     const double p = s.plane - s.nz * ray.origin.z(), q = -s.nz * ray.direction.z(), square = s.nr * s.nr;
     const double x = p * ray.direction.x() - q * ray.origin.x(),
@@ -161,7 +162,8 @@ void Revolution::meet(const Ray& ray, std::uint32_t segment, RingHit& best) cons
         if (!(t > 0.0 && t < best.distance)) continue;  // false of NaN, too
         const double r = std::sqrt(std::max(0.0, (ray.a * t + 2.0 * ray.b) * t + ray.c));
         const double z = ray.origin.z() + t * ray.direction.z();
-        if (s.nr * (p + q * t) < 0.0) continue;  // of the cone's other half
+        // Of the cone's other half, unless that is as flat as this one.
+        if (square > kFlat && s.nr * (p + q * t) < 0.0) continue;
         const double along = ((r - s.r) * s.dr + (z - s.z) * s.dz) * s.inverse_square;
         if (!(along >= -s.slack && along <= 1.0 + s.slack)) continue;
         const double outwards = r > 0.0 ? (ray.a * t + ray.b) / r : 0.0;

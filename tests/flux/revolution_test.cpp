@@ -121,12 +121,14 @@ TEST_CASE("the floor of a round hole sees the view factor of its opening, at the
     TraceOptions options;
     options.rays = 4'000'000;
     const FluxResult result = trace_flux(body.mesh, body.scene, body.box, {}, {}, body.wedges, options);
-    for (std::size_t t = 0; t < body.mesh.triangles.size(); ++t) {
-        const Vec3 p = triangle_centroid(body.mesh, t);
+    for (std::size_t t = 0; t < body.mesh.triangles.size(); t += 2) {
+        const double one = triangle_area(body.mesh, t), other = triangle_area(body.mesh, t + 1);
+        const Vec3 p = (one * triangle_centroid(body.mesh, t) + other * triangle_centroid(body.mesh, t + 1)) /
+                       (one + other);
         if (std::abs(p.z() + depth) > 1e-9) continue;
         INFO("r = " << p.x());
         CHECK(result.triangle.flux[t] ==
-              Approx(disk_view(depth, p.x())).margin(4.0 * result.triangle.error[t] + 1e-3));
+              Approx(disk_view(depth, p.x())).margin(4.0 * result.triangle.error[t] + 2e-4));
     }
 }
 

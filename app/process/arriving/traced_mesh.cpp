@@ -68,11 +68,18 @@ TriangleMesh extruded_side(const TriangleMesh& mesh, const levelset::Domain& dom
             extruded.triangles.push_back({a, b, b + 1});
             extruded.triangles.push_back({a, b + 1, a + 1});
         }
+    for (const Attribute& attribute : mesh.vertex_attributes) {
+        Attribute& values = extruded.vertex_attributes.emplace_back(attribute);
+        values.values.resize(extruded.vertices.size());
+        for (std::size_t v = 0; v < copy.size(); ++v)
+            if (copy[v] != kNone) values.values[copy[v]] = values.values[copy[v] + 1] = attribute.values[v];
+    }
     return extruded;
 }
 
 flux::LateralBox lateral_box(const levelset::Domain& domain) {
     flux::LateralBox box{domain.min, domain.max, {}};
+    box.axial = domain.axial;
     for (std::size_t a = 0; a < 2; ++a)
         box.boundary[a] = domain.side[a] == levelset::Side::periodic ? flux::Boundary::periodic
                                                                      : flux::Boundary::reflective;
@@ -100,6 +107,7 @@ TracedSurface extract(const levelset::MaterialStack& stack, double time, Timing&
     surface.time = time;
     surface.box = lateral_box(stack.domain);
     surface.raw = levelset::extract_surface(stack);
+    if (stack.domain.axial) surface.raw = extruded_side(surface.raw, stack.domain);
     if (surface.raw.triangles.empty())
         throw NumericsError(
             "the surface has vanished: no material boundary is left in the domain; shorten the step");
@@ -128,8 +136,9 @@ void simplify(const Recipe& recipe, const levelset::MaterialStack& stack, const 
     options.fixed = fixed;
     TriangleMesh mesh = simplify::simplify(surface.raw, features, options).mesh;
     const bool profile = stack.domain.cells[1] == 1 && stack.domain.side[1] == levelset::Side::periodic;
-    surface.simplified =
-        profile && recipe.flux.method != "monte-carlo" ? extruded_side(mesh, stack.domain) : std::move(mesh);
+    surface.simplified = profile && (stack.domain.axial || recipe.flux.method != "monte-carlo")
+                             ? extruded_side(mesh, stack.domain)
+                             : std::move(mesh);
 }
 
 std::vector<double> resolving_lengths(const SurfaceField& carried, const TriangleMesh& mesh, double change,
