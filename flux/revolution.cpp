@@ -232,7 +232,7 @@ Vec3 Revolution::normal(std::uint32_t segment) const {
 }
 
 Turned turned_into_plane(const Vec3& point, const Vec3& direction) {
-    const double r = std::hypot(point.x(), point.y());
+    const double r = std::sqrt(point.x() * point.x() + point.y() * point.y());
     if (!(r > 0.0)) return {point, direction};
     const double c = point.x() / r, s = point.y() / r;
     return {{r, 0.0, point.z()},
