@@ -316,8 +316,6 @@ Recipe parse_recipe(std::string_view text, const std::string& file,
                 "batches",
                 fmt::format("must be at most rays = {}: every batch traces one at least", recipe.flux.rays));
         check_averaging(recipe.flux.averaging, recipe.domain);
-        if (is_axial(recipe.domain) && recipe.flux.method == "radiosity")
-            throw KeyError("method", "radiosity does not know round wafers: use \"auto\" or \"monte-carlo\"");
         if (recipe.flux.stages == "all" && levelset::stage_count(recipe.advection.time_integration) == 1)
             throw KeyError(
                 "stages",

@@ -24,7 +24,8 @@ const std::string kRoundHole =
     kRoundDomain + "[[layer]]\nmaterial = \"Si\"\nshape = \"hole\"\nradius = 1.0\ndepth = 2.0\n";
 const std::string kSticking =
     "[[step]]\nmodel = \"single_particle\"\nduration = 0.3\nrate = 1.0\nsticking = 0.1\ndeposit = \"SiO2\"\n";
-const std::string kBeam = "[[step]]\nmodel = \"ion_beam\"\nduration = 1.0\ntilt_deg = 20.0\n";
+const std::string kBeam =
+    "[[step]]\nmodel = \"ion_beam\"\nduration = 1.0\nrate = { Si = 0.005 }\ntilt_deg = 20.0\n";
 const std::string kConformal =
     "[[step]]\nmodel = \"isotropic\"\nduration = 0.4\nrate = 1.0\ndeposit = \"SiO2\"\n";
 
@@ -83,9 +84,11 @@ TEST_CASE("what is not round is refused, and the message says what would work", 
     };
     domain("extent = [2.0, 2.0]\n", "one number");
     domain("extent = [2.0]\nboundary = \"periodic\"\n", "give extent two");
-    check(substrate + "[[step]]\nmodel = \"wet\"\nmaterial = \"Si\"\nduration = 1.0\n", "extent two numbers");
+    check(substrate +
+              "[[step]]\nmodel = \"wet\"\nmaterial = \"Si\"\nduration = 1.0\n"
+              "r100 = 0.8\nr110 = 1.4\nr111 = 0.01\nr311 = 1.4\n",
+          "extent two numbers");
     check(substrate + kBeam, "rotating = true");
-    check(kRoundHole + kSticking + "[flux]\nmethod = \"radiosity\"\n", "monte-carlo");
     CHECK(refusal(substrate + kBeam + "rotating = true\n") == "accepted");
     CHECK(refusal(substrate +
                   "[[layer]]\nmaterial = \"W\"\nshape = \"trench\"\nthickness = 1.0\nwidth = 0.5\n"
@@ -135,6 +138,18 @@ TEST_CASE("a round profile has the film of the hole that it stands for") {
         CAPTURE(name);
         CHECK(profile[name].get<double>() ==
               Approx(solid[name].get<double>()).margin(0.01 * solid["film_top"].get<double>() + 0.005));
+    }
+}
+
+TEST_CASE("radiosity and tracing agree on a round wafer") {
+    const auto with = [&](const char* method) {
+        return summary(kRoundHole + kSticking + "[metrology]\nmeasures = [\"film\"]\n",
+                       {"flux.rays=200000", std::string("flux.method=") + method})["metrology"];
+    };
+    const Json solved = with("radiosity"), traced = with("monte-carlo");
+    for (const char* name : {"film_top", "film_side", "film_bottom", "mean_rate"}) {
+        CAPTURE(name);
+        CHECK(solved[name].get<double>() == Approx(traced[name].get<double>()).epsilon(0.01));
     }
 }
 

@@ -24,8 +24,7 @@ std::vector<flux::MethodChoice> choices_of(const Recipe& recipe, const Model& mo
     const std::size_t wedges = arriving.wedges.count();
     std::vector<flux::MethodChoice> choices;
     for (std::size_t k = 0; k < model.species.size(); ++k) {
-        if (std::string why = surface.box.axial ? "the wafer is round" : why_monte_carlo(model, k);
-            !why.empty()) {
+        if (std::string why = why_monte_carlo(model, k); !why.empty()) {
             choices.emplace_back().why_not = std::move(why);
             continue;
         }
@@ -99,9 +98,7 @@ std::vector<SpeciesMethod> choose_methods(const Recipe& recipe, const Model& mod
     const bool asked = recipe.flux.method == "radiosity";
     std::vector<SpeciesMethod> methods;
     for (std::size_t k = 0; k < model.species.size(); ++k) {
-        const std::string why_not = !asked              ? ""
-                                    : surface.box.axial ? "the wafer is round"
-                                                        : why_monte_carlo(model, k);
+        const std::string why_not = asked ? why_monte_carlo(model, k) : "";
         methods.push_back({model.species[k].name, asked && why_not.empty(), why_not, 0.0, 0.0});
     }
     return methods;
