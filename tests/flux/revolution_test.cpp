@@ -181,3 +181,23 @@ TEST_CASE("radiosity between rings gives every row of the exact table within 1 %
         }
     }
 }
+
+TEST_CASE("paths and radiosity agree on every ring of a round hole, at its axis too") {
+    const Revolved body(hole(2.0), 0.1);
+    Species species;
+    species.sticking = {0.1};
+    TraceOptions options;
+    options.rays = 2'000'000;
+    const FluxResult traced = trace_flux(body.mesh, body.scene, body.box, species, {}, body.wedges, options);
+    Exchange exchange(body.mesh, body.scene, body.box, body.wedges, {1.0}, {});
+    exchange.gather(20000 * exchange.unknowns());
+    const std::vector<double> sticking(body.wedges.count(), 0.1);
+    const RadiosityFlux solved = solve_flux(
+        exchange, {.name = "test", .source_exponent = 1.0, .sticking = sticking}, {.errors = true});
+    for (std::size_t w = 0; w < body.wedges.count(); ++w) {
+        if (!(body.wedges.area[w] > 0.0)) continue;
+        const double error = std::hypot(traced.wedge.error[w], solved.wedge.error[w]);
+        INFO("wedge " << w);
+        CHECK(traced.wedge.flux[w] == Approx(solved.wedge.flux[w]).margin(4.5 * error + 2e-3));
+    }
+}

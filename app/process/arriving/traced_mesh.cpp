@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "levelset/meshes/extract.hpp"
 #include "levelset/meshes/grid_curvature.hpp"
@@ -60,10 +61,20 @@ TriangleMesh extruded_side(const TriangleMesh& mesh, const levelset::Domain& dom
         extruded.vertices.emplace_back(p.x(), domain.max[1], p.z());
         return copy[v];
     };
+    using Edge = std::pair<std::uint32_t, std::uint32_t>;
+    std::vector<Edge> on_side;  // in the triangles' order
     for (const auto& triangle : mesh.triangles)
         for (std::size_t k = 0; k < 3; ++k) {
             const std::uint32_t from = triangle[k], to = triangle[(k + 1) % 3];
-            if (mesh.vertices[from].y() != domain.min[1] || mesh.vertices[to].y() != domain.min[1]) continue;
+            if (mesh.vertices[from].y() == domain.min[1] && mesh.vertices[to].y() == domain.min[1])
+                on_side.emplace_back(from, to);
+        }
+    // A triangle that closes a corner lies on the side as a whole: what runs both ways is no part of the
+    // outline.
+    std::vector<Edge> sorted = on_side;
+    std::sort(sorted.begin(), sorted.end());
+    for (const auto& [from, to] : on_side)
+        if (!std::binary_search(sorted.begin(), sorted.end(), Edge(to, from))) {
             const std::uint32_t a = vertex(from), b = vertex(to);
             extruded.triangles.push_back({a, b, b + 1});
             extruded.triangles.push_back({a, b + 1, a + 1});
