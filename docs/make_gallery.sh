@@ -24,6 +24,8 @@ Deposition|teos_two_precursors|--view 25,25
 Deposition|ald_hole|--cut y=0 --view 20,15
 Deposition|ald_cavity|--view 0,0|quick
 Deposition|memory_hole|--view -35,15|quick
+Deposition|memory_hole_round|--view 0,0
+Deposition|ald_via|--view 0,0
 Deposition|sputter_map|--view 20,20
 Deposition|surface_diffusion|--view 20,20
 Deposition|neutral_transport|--cut y=0 --view 25,15 --color coverage_theta
@@ -37,6 +39,7 @@ Etching|bosch_hole|--cut y=0 --view 25,20
 Etching|bosch_trench|--view 0,0
 Etching|sf6o2_hole|--cut y=0 --view 20,15
 Etching|fluorocarbon_contact|--cut y=0 --view 20,15
+Etching|contact_round|--view 0,0
 Etching|formula_etch|--view 25,20
 Etching|sheath_ions|--view 20,20
 Etching|oxide_nitride_stack|--view 20,15

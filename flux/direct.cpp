@@ -103,6 +103,7 @@ Lookout lookout_at(const TriangleMesh& mesh, const LateralBox& box, double skin,
             double& x = out.point[static_cast<Eigen::Index>(axis)];
             x = std::clamp(x, box.min[axis], box.max[axis]);
         }
+    if (box.axial) out.point.y() = 0.0;
     return out;
 }
 
@@ -265,8 +266,7 @@ std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const Tri
                 if (above == kFew && (seen == 0 || seen == kFew)) break;
                 const double weight = d.dot(out.normal) / std::max(kLeastRise, d.z());
                 if (!(weight > 0.0)) continue;
-                const bool sees_it =
-                    sees_source(scene, box, out.point, geometry.straight ? Vec3(d.x(), 0.0, d.z()) : d);
+                const bool sees_it = sees_source(geometry, out.point, d);
                 ++above, all += weight;
                 if (sees_it) ++seen, arrives += weight;
             }

@@ -16,7 +16,10 @@ struct LateralBox {
     std::array<Boundary, 2> boundary{};
     bool rim_inside = false;  ///< the surface ends inside the box: what flies past its rim and hits its back
                               ///< has escaped
-    double area() const { return (max[0] - min[0]) * (max[1] - min[1]); }
+    /// The surface is a sector of a revolution (flux/revolution.hpp), as wide as the box at x = max[0], a mirror all around;
+    /// the axis is at x = min[0] = 0. Particles fly in space.
+    bool axial = false;
+    double area() const { return (max[0] - min[0]) * (max[1] - min[1]) * (axial ? 0.5 : 1.0); }
 };
 
 /// Checks what every function of this folder relies on: triangles that name existing vertices, finite

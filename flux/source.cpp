@@ -66,7 +66,10 @@ void emit_from_surface(const Geometry& geometry, const SurfaceSource& surface, R
                            (1.0 - u[2]) * geometry.mesh.vertices[triangle[(corner + 2) % 3]] +
                            geometry.skin * normal;
         rays.x[row] = static_cast<float>(std::clamp(point.x(), geometry.box.min[0], geometry.box.max[0]));
-        rays.y[row] = static_cast<float>(std::clamp(point.y(), geometry.box.min[1], geometry.box.max[1]));
+        rays.y[row] =
+            geometry.revolution
+                ? 0.0f
+                : static_cast<float>(std::clamp(point.y(), geometry.box.min[1], geometry.box.max[1]));
         rays.z[row] = static_cast<float>(point.z());
         const Pair pair = direction_numbers(batch, rays.ray[row]);
         lambert(static_cast<float>(normal.x()), static_cast<float>(normal.y()),
@@ -104,6 +107,7 @@ void emit_positions(const Geometry& geometry, double surface_share, RandomKey ke
             x[i] = coordinate(cell_x, words[1][i] >> 16, min_x, max_x);
             y[i] = coordinate(cell_y, words[1][i] & 0xffffu, min_y, max_y);
         }
+        for (std::size_t i = 0; i < kLanes && geometry.revolution; ++i) y[i] = 0.0f;
         for (std::size_t i = 0; i < kLanes; ++i) rays.z[row + i] = top;
     }
 }
@@ -207,6 +211,13 @@ void emit(const Geometry& geometry, const Species& species, const SurfaceSource&
         rays.from[row] = 0xffffffffu;
         rays.weight[row] = kOne;
     }
+    // Equally many start at every r, so that the middle, where holes are, gets its share: each stands for the
+    // ring there.
+    for (std::size_t row = 0; row < count && geometry.revolution; ++row)
+        if (surface.share == 0.0 || on_surface[row] == kOnPlane)
+            rays.weight[row] = static_cast<std::uint64_t>(
+                2.0 * static_cast<double>(rays.x[row]) / geometry.box.max[0] * static_cast<double>(kOne) +
+                0.5);
     if (surface.share > 0.0) emit_from_surface(geometry, surface, key, batch, on_surface, rays);
 }
 

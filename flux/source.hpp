@@ -43,7 +43,7 @@ SurfaceSource make_surface_source(const TriangleMesh& mesh, const Wedges& wedges
                                   std::span<const double> emission, double plane);
 
 /// Fills \p rays with particles [first, first + count) of the batch: those before batch.count * (1 - surface.share) from the
-/// source plane, the others from the surface.
+/// source plane, the others from the surface. All weigh kOne, but from the plane of an axial box on average only.
 /// \pre count <= kBlock.
 void emit(const Geometry& geometry, const Species& species, const SurfaceSource& surface, RandomKey key,
           const Batch& batch, std::uint32_t first, std::uint32_t count, Rays& rays);

@@ -21,7 +21,9 @@ struct Domain {
     std::array<int, 2> cells{};   ///< whole cells along x and y
     double spacing = 0.0;         ///< dx
     std::array<Side, 2> side{};   ///< lateral boundary condition, per axis
-    int times_finest = 1;         ///< dx in those of the finest level (levelset/layers/levels.hpp)
+    /// A profile in r = x, from 0, and z, whose revolution is the wafer (flux/revolution.hpp); it is one cell wide along y.
+    bool axial = false;
+    int times_finest = 1;  ///< dx in those of the finest level (levelset/layers/levels.hpp)
 
     /// Own node whose value a node at \p index along \p axis (0 = x, 1 = y) repeats: mirrored about a side's
     /// node or wrapped; the identity for own nodes. Any distance from the box is allowed.

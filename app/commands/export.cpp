@@ -10,7 +10,9 @@
 #include "app/common/json.hpp"
 #include "app/common/timing.hpp"
 #include "app/devices/device.hpp"
+#include "app/devices/revolved.hpp"
 #include "app/recipe/recipe.hpp"
+#include "app/recipe/recipe_domain.hpp"
 #include "surface/cut.hpp"
 #include "surface/files/file.hpp"
 #include "surface/files/output_file.hpp"
@@ -23,6 +25,7 @@ struct ExportArguments {
     std::string input, output, json, cut = "y=0";
     WaferChoice choice;
     bool triangles = false;
+    int around = 64;
     DeviceOptions options;
 };
 
@@ -222,10 +225,24 @@ Json export_profile(const ExportArguments& arguments, const Result& result) {
     return {{"cut", arguments.cut}, {"polylines", lines.size()}};
 }
 
+// A round wafer's surfaces become bodies, unless its profile is asked for.
+void make_round(const ExportArguments& arguments, Kind kind, Result& result) {
+    if (!is_axial(load_frame(fs::path(arguments.input) / "recipe.toml").domain)) return;
+    if (kind == Kind::tetrahedra && !arguments.triangles)
+        throw RecipeError(
+            "-o {}: tetrahedra of round wafers are not made: use --triangles for its profile in r and z, or name a "
+            ".stl, .obj, .ply, .vtp or .vtm for the surface all around",
+            arguments.output);
+    if ((kind != Kind::surface && kind != Kind::blocks) || arguments.around == 0) return;
+    result.surface = revolved(result.surface, arguments.around);
+    for (TriangleMesh& mesh : result.interfaces) mesh = revolved(mesh, arguments.around);
+}
+
 void run(const ExportArguments& arguments) {
     const Kind kind = kind_of(arguments);
     check_outputs(arguments, kind);
-    const Result result = read_input(arguments);
+    Result result = read_input(arguments);
+    make_round(arguments, kind, result);
     const std::string length = metadata_text(result.metadata, "length_unit", "");
     const double time = metadata_number(result.metadata, "time").value_or(0.0);
     Json json;
@@ -291,6 +308,10 @@ void add_export_command(CLI::App& program) {
     command.add_flag(
         "--triangles", arguments->triangles,
         "Of a profile, a wafer of one extent: triangles of all materials in x and z instead of tetrahedra");
+    add_option(
+        command, "--around", arguments->around, "N",
+        "Of a round wafer: sides of the body that its surfaces become; 0: the profile, a strip (default: 64)")
+        .check(CLI::IsMember({0}) | CLI::Range(3, 4096));
     add_option(
         command, "--json", arguments->json, "FILE",
         "Write sizes, regions with volumes, boundaries and quality here; - for standard output, and then "

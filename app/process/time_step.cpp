@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "app/process/arriving/rates.hpp"
 #include "app/process/arriving/surface_field.hpp"
@@ -58,7 +59,14 @@ double way_to(const StopRule& rule, const Recipe& recipe, const levelset::Materi
     if (left < 0.0 || (left == 0.0 && now.unit != "1")) return 0.0;
     const std::string& length = recipe.domain.length_unit;
     if (now.unit == length) return rule.figure == "depth" ? left : 0.5 * left;
-    if (now.unit == volume_unit(recipe)) return left * width_of_strip(recipe) / total_area(surface);
+    if (now.unit == volume_unit(recipe)) {
+        const levelset::Domain& domain = stack.domain;
+        // Of a round wafer the area is at most what it would be if all of it lay at the radius.
+        const double width = domain.axial
+                                 ? (domain.max[1] - domain.min[1]) / (2.0 * std::numbers::pi * domain.max[0])
+                                 : width_of_strip(recipe);
+        return left * width / total_area(surface);
+    }
     return std::numeric_limits<double>::infinity();
 }
 

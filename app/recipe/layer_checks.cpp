@@ -237,8 +237,9 @@ void check_mesh_place(const Box3& bounds, const levelset::Domain& domain, double
 void check_shape(const Layer& layer, double thickness, const levelset::Domain& domain,
                  const std::string& path, std::vector<std::string>& notes) {
     note_thin(thickness, domain, path, notes);
-    const std::optional<Walls> walls = walls_of(layer, thickness);
+    std::optional<Walls> walls = walls_of(layer, thickness);
     if (!walls) return;
+    if (domain.axial) walls->half[1] = 0.0, walls->round = false;  // what is seen in its plane
     check_place(layer, *walls, domain);
     check_taper(layer, *walls, domain);
     check_width(layer, *walls, domain, path, notes);

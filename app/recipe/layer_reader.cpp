@@ -104,7 +104,10 @@ void check_height(const Layer& layer, double top, double spacing) {
 void check_layer(const Layer& layer, double below, const toml::table& table, const std::string& path,
                  Recipe& recipe) {
     const levelset::Domain domain = domain_of(recipe);
-    if (is_flat(recipe.domain)) refuse_ends_along_y(layer, domain.spacing);
+    if (domain.axial)
+        refuse_off_axis(layer);
+    else if (is_flat(recipe.domain))
+        refuse_ends_along_y(layer, domain.spacing);
     try {
         if (layer.shape == "mesh")
             check_mesh(layer, domain, kMostCells * domain.spacing, path, recipe.notes);

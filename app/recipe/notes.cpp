@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "app/models/model.hpp"
 #include "app/recipe/recipe_domain.hpp"
@@ -137,6 +138,35 @@ std::vector<std::string> notes_on(const Recipe& recipe) {
     note_steps(recipe, notes);
     note_radiosity(recipe, notes);
     return notes;
+}
+
+std::string round_note(const Recipe& recipe) {
+    if (is_flat(recipe.domain) || !recipe.start.from.empty()) return {};
+    DomainSection domain = recipe.domain;
+    domain.extent = {std::sqrt(domain.extent[0] * domain.extent[1] / std::numbers::pi), 0.0};
+    domain.symmetry = Symmetry::axial;
+    bool any = false;
+    const auto is_round = [&](const Layer& layer) {
+        const bool round = layer.shape == "hole" || layer.shape == "sphere" ||
+                           (layer.shape == "cylinder" && layer.axis == "z");
+        any = any || round;
+        return layer.position == std::array<double, 2>{} &&
+               (round || layer.shape == "plane" || layer.shape == "stack");
+    };
+    if (!std::ranges::all_of(recipe.layers, is_round)) return {};
+    for (const Step& step : expanded_steps(recipe)) {
+        if (find_model(step.model)->patterned && !is_round(step.pattern)) return {};
+        try {
+            make_model(step, recipe.materials, domain);
+        } catch (const RecipeError&) {  // it is not round
+            return {};
+        }
+    }
+    return any ? fmt::format(
+                     "All is round about the middle: extent = [{:.4g}] and symmetry = \"axial\" in [domain] make it a "
+                     "profile in r and z, which costs a small part of it.",
+                     domain.extent[0])
+               : "";
 }
 
 std::vector<std::string> idle_parts(const Recipe& recipe) {

@@ -90,6 +90,7 @@ void read_domain(const toml::table& root, Recipe& recipe) {
     read_section(root, "domain", recipe.domain, reading_for(recipe), [&] {
         if (domain.padding)
             throw KeyError("padding", "is of extent = \"gds\" or [cut]: drop it, or that extent's numbers");
+        check_symmetry(domain);
         for (const double extent : domain.extent)
             if (extent / domain.grid_spacing > kMostAlong)
                 raise_key("grid_spacing",
@@ -353,7 +354,12 @@ levelset::Domain domain_of(const Recipe& recipe) {
     const DomainSection& domain = recipe.domain;
     std::array<double, 2> extent = domain.extent;
     if (is_flat(domain)) extent[1] = extent[0] / std::max(1.0, std::round(extent[0] / domain.grid_spacing));
-    return levelset::make_domain(extent, domain.grid_spacing, domain.boundary);
+    levelset::Domain grid = levelset::make_domain(extent, domain.grid_spacing, domain.boundary);
+    if (is_axial(domain)) {
+        grid.min[0] = 0.0, grid.max[0] = extent[0];
+        grid.axial = true;
+    }
+    return grid;
 }
 
 std::vector<surface::Plane> profile_planes(const Recipe& recipe) {

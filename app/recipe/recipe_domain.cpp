@@ -38,12 +38,29 @@ bool is_flat(const DomainSection& domain) {
     return domain.extent[1] == 0.0;
 }
 
+bool is_axial(const DomainSection& domain) {
+    return domain.symmetry == Symmetry::axial;
+}
+
+void check_symmetry(const DomainSection& domain) {
+    if (!is_axial(domain)) return;
+    if (!is_flat(domain))
+        throw KeyError(
+            "extent",
+            "symmetry = \"axial\" asks for one number, the radius: for a square array of holes 0.564 times their "
+            "pitch, for a hexagonal one 0.525 times");
+    if (domain.boundary[0] != levelset::Side::reflective)
+        throw KeyError(
+            "boundary",
+            "a round wafer ends at a mirror: drop this, or symmetry = \"axial\" and give extent two numbers");
+}
+
 double width_of_strip(const Recipe& recipe) {
-    return is_flat(recipe.domain) ? domain_of(recipe).spacing : 1.0;
+    return is_flat(recipe.domain) && !is_axial(recipe.domain) ? domain_of(recipe).spacing : 1.0;
 }
 
 std::string volume_unit(const Recipe& recipe) {
-    return recipe.domain.length_unit + (is_flat(recipe.domain) ? "^2" : "^3");
+    return recipe.domain.length_unit + (is_flat(recipe.domain) && !is_axial(recipe.domain) ? "^2" : "^3");
 }
 
 void refuse_ends_along_y(const Layer& layer, double spacing) {
@@ -69,6 +86,29 @@ void refuse_ends_along_y(const Layer& layer, double spacing) {
     if (shape == "gap" && layer.span) refuse("width", "the gap ends along y", "drop the width");
     if (shape == "profile" && layer.sweep == "revolution")
         refuse("sweep", "what is turned about an axis is round", "use \"extrusion\"");
+}
+
+void refuse_off_axis(const Layer& layer) {
+    const auto refuse = [&](const char* key, const std::string& what, const char* instead) {
+        throw KeyError(key, fmt::format("{}, but domain.symmetry is \"axial\": {}, or drop symmetry and give "
+                                        "domain.extent two numbers",
+                                        what, instead));
+    };
+    const std::string& shape = layer.shape;
+    const bool ring = shape == "trench" || shape == "fin" || (shape == "cylinder" && layer.axis == "y") ||
+                      shape == "gap" || (shape == "profile" && layer.sweep != "revolution");
+    if (shape == "box")
+        refuse("shape", "a box has corners", "use a fin, which is a ring or a disk, or a cylinder");
+    if (shape == "mask" || shape == "polygons")
+        refuse("shape", "outlines have corners", "use a hole, or a trench, which is a ring");
+    if (shape == "mesh") refuse("shape", "a mesh file need not be round", "use a profile");
+    if (shape == "cylinder" && layer.axis == "x") refuse("axis", "the cylinder lies along x", "use \"z\"");
+    if (shape == "cylinder" && layer.axis == "y" && layer.length)
+        refuse("length", "the cylinder is a ring along y", "drop the length");
+    if (shape == "gap" && layer.span) refuse("width", "the gap is a ring", "drop the width");
+    if (layer.position[1] != 0.0) refuse("position", "the shape lies beside y = 0", "give its y as 0");
+    if (!ring && layer.position[0] != 0.0)
+        refuse("position", "what is round lies beside the axis", "leave it at [0, 0], or use a ring");
 }
 
 std::string spacing_for(int levels, const DomainSection& domain, double wanted, double least) {

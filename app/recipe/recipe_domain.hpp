@@ -10,7 +10,14 @@ namespace sidewall::app {
 /// Whether the domain has an extent along x alone.
 bool is_flat(const DomainSection& domain);
 
-/// The divisor of volumes: the domain's width along y for a profile, which makes areas of them; else 1.
+/// Whether it is that of a round wafer, see DomainSection::symmetry.
+bool is_axial(const DomainSection& domain);
+
+/// Checks that a round wafer's domain has one extent and mirrors.
+/// \throws KeyError saying what would work.
+void check_symmetry(const DomainSection& domain);
+
+/// The divisor of volumes: the domain's width along y for a profile, which makes areas of them, unless it is a round wafer's; else 1.
 double width_of_strip(const Recipe& recipe);
 
 /// The unit of a volume after that division.
@@ -22,6 +29,10 @@ inline constexpr double kFarAlongY = 50.0;
 /// Checks that a layer or a pattern does not end along y, on a grid of that \p spacing.
 /// \throws KeyError naming the shape to use instead.
 void refuse_ends_along_y(const Layer& layer, double spacing);
+
+/// Checks that a layer or a pattern of a round wafer is round: about the axis, or a ring, as what has no end along y is.
+/// \throws KeyError naming what to use instead.
+void refuse_off_axis(const Layer& layer);
 
 /// The number of levels of a recipe's grid: as [grid] says; "auto": up to 3, while the cells along both sides divide and
 /// kFewestCoarse of the coarsest are left.

@@ -76,6 +76,10 @@ std::vector<Key> keys_of(DomainSection& domain) {
          "with extent = \"gds\" or [cut]: around the layouts, on every side; default 0", kNotNegative},
         {"boundary", choice(domain.boundary, {"reflective", "periodic"}), "",
          "sides across x and across y; one word is for both, and all that a profile needs: its other sides are periodic"},
+        {"symmetry", choice(domain.symmetry, {"none", "axial"}), "",
+         "axial: the profile of a round wafer in r = x, from 0 to the extent, and z: a hole at its middle, rings around it. "
+         "Particles fly in space, volumes are of the revolution; a mirror is at the axis, and one all around at the extent, "
+         "for which the radius of a round cell of the same area stands for an array's"},
         {"length_unit", &domain.length_unit, "", "unit of every length", one_of(length_units())},
         {"time_unit", &domain.time_unit, "", "unit of every time", one_of(time_units())},
     };

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/recipe/recipe_domain.hpp"
 #include "app/schema/units.hpp"
 #include "flux/radiosity/method_choice.hpp"
 
@@ -28,6 +29,27 @@ void refuse_mirrored_beams(const Model& model, const DomainSection& domain) {
                                        "mirror it: set domain.boundary to periodic there, or rotating = true",
                                        "xy"[axis]));
         }
+}
+
+// What is not the same all around the axis.
+void refuse_not_round(const Step& step, const Model& model, const DomainSection& domain) {
+    if (!is_axial(domain)) return;
+    const char* instead = "drop domain.symmetry and give domain.extent two numbers";
+    if (step.model == "wet" || step.model == "epitaxy")
+        raise_key("model", "{}: a crystal is not the same all around the axis of a round wafer: {}",
+                  step.model, instead);
+    for (std::size_t k = 0; k < model.species.size(); ++k)
+        if (!model.species[k].rotating && !flux::is_untilted(model.species[k]))
+            raise_key(
+                (k < model.species_keys.size() ? model.species_keys[k] : "") + "tilt_deg",
+                "a tilted beam is not the same all around the axis of a round wafer: set rotating = true, or {}",
+                instead);
+    for (const auto& direction : {model.visibility, model.beam})
+        if (direction && !direction->head<2>().isZero(1e-12))
+            raise_key("direction",
+                      "is not the same all around the axis of a round wafer: use [0, 0, -1], or {}", instead);
+    if (!model.coverages.diffusing.empty())
+        raise_key("diffusion", "is not known on a round wafer: {}", instead);
 }
 
 // A path through a feature of n cells makes about (n cells / mean free path)^2 collisions.
@@ -59,6 +81,7 @@ Model make_model(const Step& step, const Materials& materials, const DomainSecti
     if (entry == nullptr) throw KeyError("model", "must be one of the models that `sidewall models` lists");
     if (!entry->make) return {};
     Model model = entry->make(step.parameters, materials, {domain.length_unit, domain.time_unit});
+    refuse_not_round(step, model, domain);
     refuse_mirrored_beams(model, domain);
     settle_free_paths(model, domain);
     for (const flux::Species& species : model.species)

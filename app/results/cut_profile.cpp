@@ -127,7 +127,7 @@ ProfileSpan span_of_profile(const Profile& profile) {
 
 Profile profile_of(const TriangleMesh& mesh, const surface::Plane& plane, const levelset::Domain& domain) {
     Profile profile{surface::cut_by_plane(mesh, plane), surface::plane_axes(plane)[0], {}, {}};
-    for (int axis = 0; axis < 2; ++axis) {
+    for (int axis = 0; axis < 2 && !domain.axial; ++axis) {
         const auto a = static_cast<std::size_t>(axis);
         profile.middle += 0.5 * (domain.min[a] + domain.max[a]) * profile.along[axis];
     }

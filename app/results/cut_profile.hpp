@@ -18,7 +18,7 @@ struct Profile {
     Vec3 along;                   // horizontal axis in the plane
     std::vector<double> mirrors;  // reflective sides, where a half structure's other half begins
     std::vector<double> shifts;   // along the profile to its repetitions beyond periodic sides
-    double middle = 0.0;          // of the domain, along the profile
+    double middle = 0.0;          // of the wafer, along the profile
 
     template <class Use>
     void each_segment(Use&& use) const {

@@ -232,7 +232,8 @@ Voids voids_in(const TriangleMesh& surface, const std::vector<levelset::SurfaceP
         ++voids.count;
         voids.volume -= piece.volume;
         const std::array mirrored{is_mirrored(piece.boxes, 0, domain), is_mirrored(piece.boxes, 1, domain)};
-        voids.whole_volume -= piece.volume * (mirrored[0] ? 2.0 : 1.0) * (mirrored[1] ? 2.0 : 1.0);
+        const double images = (mirrored[0] ? 2.0 : 1.0) * (mirrored[1] ? 2.0 : 1.0);
+        voids.whole_volume -= piece.volume * (domain.axial ? 1.0 : images);
         voids.top = std::fmax(voids.top, surface.vertices[piece.top].z());
         const double once = length_along(piece.boxes, across);
         voids.width = std::fmax(voids.width, mirrored[static_cast<std::size_t>(across)] ? 2.0 * once : once);

@@ -322,7 +322,7 @@ std::vector<double> layer_volumes(const levelset::MaterialStack& stack) {
         const TriangleMesh mesh = levelset::extract_surface(stack, k, surface::SharpEdges::none);
         double volume = 0.0;
         for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-            volume += 0.5 * area_vector(mesh, t).z() * triangle_centroid(mesh, t).z();
+            volume += levelset::volume_over(mesh, t, 0.0, stack.domain);
         volumes.push_back(volume - below);
         below = volume;
     }

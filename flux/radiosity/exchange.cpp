@@ -207,7 +207,7 @@ Exchange::Exchange(const TriangleMesh& mesh, const surface::RayScene& scene, con
         if (!(n >= 0.0 && n <= 1e6)) throw RecipeError("source_exponent = {}: must be in [0, 1e6]", n);
     Geometry geometry = make_geometry(mesh, scene, box);
     ProfileUnknowns profile = make_profile_unknowns(geometry, wedges);
-    geometry.straight = !profile.partner.empty();
+    geometry.straight = geometry.straight && !profile.partner.empty();
     state_ = std::unique_ptr<State>(
         new State{geometry, wedges, std::move(profile), std::move(options), std::move(source_exponents)});
 }

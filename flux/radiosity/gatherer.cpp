@@ -30,6 +30,12 @@ Path straightened(const RayDensities& densities, const Vec3& start, const Vec3& 
                   double skin) {
     const Vec3 way = hit - start;
     const double length = way.norm();
+    if (densities.round()) {  // what hits was turned into the plane y = 0
+        if (!(std::abs(direction.z()) >= kLevel)) return {length, kNoImage, hit};
+        const double travelled = way.z() / direction.z();
+        const Vec3 end = start + travelled * direction;
+        return {travelled, densities.image_of(end), end};
+    }
     if (way.cross(direction).squaredNorm() <= 1e-8 * length * length + 4.0 * skin * skin)
         return {length, kImageRow * kImages + kImages, hit};
     if (!(std::abs(direction.z()) >= kLevel)) return {length, kNoImage, hit};
@@ -39,7 +45,15 @@ Path straightened(const RayDensities& densities, const Vec3& start, const Vec3& 
 }
 
 // Barycentric weights of the facet's second and third corners at a point near it.
-void barycentric(const Facet& facet, const Vec3& point, float& u, float& v) {
+// \param round  the facet is the first triangle of a segment, and the point lies in the plane y = 0.
+void barycentric(const Facet& facet, const Vec3& point, bool round, float& u, float& v) {
+    if (round) {
+        const Vec3 along(facet.edge1.x(), 0.0, facet.edge1.z()),
+            from(facet.corner.x(), 0.0, facet.corner.z());
+        u = v =
+            0.5f * static_cast<float>(std::clamp((point - from).dot(along) / along.squaredNorm(), 0.0, 1.0));
+        return;
+    }
     const Vec3 way = point - facet.corner;
     const double aa = facet.edge1.squaredNorm(), bb = facet.edge2.squaredNorm(),
                  ab = facet.edge1.dot(facet.edge2), a = way.dot(facet.edge1), b = way.dot(facet.edge2);
@@ -101,6 +115,7 @@ void draw_rays(const Exchange::State& s, RandomKey key, std::uint32_t number, co
                         s.geometry.skin * facet.normal;
         for (int axis = 0; axis < 2; ++axis)
             position[axis] = std::clamp(position[axis], box.min[axis], box.max[axis]);
+        if (densities.round()) position.y() = 0.0;
         const double first = unit_double(owen_scrambled(reversed_bits(i), words[0], words[1]));
         const double second = unit_double(owen_scrambled(sobol_second(i), words[2], words[3]));
         const std::size_t row = r.count;
@@ -118,7 +133,7 @@ void draw_rays(const Exchange::State& s, RandomKey key, std::uint32_t number, co
             block.image[row] = target.image;
         }
         r.set(row, position, direction);
-        r.from[row] = triangle;
+        r.from[row] = densities.round() ? triangle & ~1u : triangle;
         ++r.count;
     }
 }
@@ -129,7 +144,7 @@ void join_exit(const Exchange::State& s, const ConnectingRay& ray, BlockSamples&
     const RayDensities& densities = *s.densities;
     const Facet& facet = densities.facets()[ray.from];
     ExitSample exit{ray.from, 0.0f, 0.0f, 0.0f, 0.0f};
-    barycentric(facet, ray.start, exit.au, exit.av);
+    barycentric(facet, ray.start, densities.round(), exit.au, exit.av);
     const double rise = ray.direction.z();
     const auto [out, travelled, end] = domain_exit(s.geometry, ray.start, ray.direction);
     double weight = 0.0;
@@ -137,7 +152,7 @@ void join_exit(const Exchange::State& s, const ConnectingRay& ray, BlockSamples&
         const int image = rise >= kLevel ? densities.image_of(end) : kNoImage;
         if (ray.aimed && image != ray.image) return;
         const double form = densities.form(travelled, ray.direction.dot(facet.normal) * rise);
-        weight = densities.exit_weight(ray.from, end, image, form, rise);
+        weight = densities.exit_weight(ray.from, end, image, form, rise, ray.hit.head<2>().norm());
     } else {
         if (ray.aimed) return;
         weight = densities.loss_weight(ray.from);
@@ -160,7 +175,7 @@ void join_source(const Exchange::State& s, const ConnectingRay& ray, bool pilot,
     // Seen from the hit the plane lies in the image the other way, which has the same share.
     const double weight =
         densities.exit_weight(ray.triangle, ray.start, cosine >= kLevel ? path.image : kNoImage,
-                              densities.form(path.length, cosine * arrival), cosine);
+                              densities.form(path.length, cosine * arrival), cosine, ray.start.x());
     found.exits.push_back(
         {ray.triangle, ray.u, ray.v, static_cast<float>(weight), static_cast<float>(cosine)});
 }
@@ -181,7 +196,7 @@ void join_pair(const Exchange::State& s, const ConnectingRay& ray, bool pilot, B
                     ray.u,
                     ray.v,
                     static_cast<float>(densities.pair_weight(ray.from, ray.triangle, path.image, form))};
-    barycentric(facet, ray.start, pair.au, pair.av);
+    barycentric(facet, ray.start, densities.round(), pair.au, pair.av);
     found.pairs.push_back(pair);
     if (pilot && path.image != kNoImage) found.images[static_cast<std::size_t>(path.image)] += 1.0;
 }
@@ -204,6 +219,9 @@ void join(const Exchange::State& s, const Job& job, const Block& block, std::siz
     ray.image = ray.aimed ? block.image[row] : kNoImage;
     if (pilot && job.kind == RayKind::cosine) found.started.push_back(ray.from);
     if (ray.triangle == surface::kNoTriangle) {
+        // Where its last part meets the plane; only a sector asks.
+        ray.hit = r.point(row);
+        ray.hit += (s.geometry.top - ray.hit.z()) / ray.arriving.z() * ray.arriving;
         if (job.kind != RayKind::source) join_exit(s, ray, found);
         return;
     }

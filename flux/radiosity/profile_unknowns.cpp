@@ -70,6 +70,14 @@ ProfileUnknowns make_profile_unknowns(const Geometry& geometry, const Wedges& we
             profile.partner = std::move(*partner);
         }
     }
+    if (geometry.revolution) {  // rings are one wedge already; those of the twins stand for them
+        std::uint32_t count = 0;
+        for (std::uint32_t v = 0; v + 1 < wedges.first.size(); ++v)
+            for (std::uint32_t w = wedges.first[v]; w < wedges.first[v + 1]; ++w)
+                profile.unknown[w] =
+                    v % 2 == 0 ? count++ : profile.unknown[w - wedges.first[v] + wedges.first[v - 1]];
+        for (std::uint32_t t = 0; t < geometry.mesh.triangles.size(); ++t) profile.partner.push_back(t ^ 1u);
+    }
     std::uint32_t unknowns = 0;
     for (const std::uint32_t u : profile.unknown) unknowns = std::max(unknowns, u + 1);
     profile.unknowns.area.assign(unknowns, 0.0);

@@ -9,7 +9,7 @@ namespace sidewall::flux {
 
 /// Unknowns of a profile, a surface that is the same at all y, for an exchange in the plane of x and z: the two
 /// ends of an edge along y are one unknown, and the two triangles of the rectangle between two such edges one
-/// facet.
+/// facet. On a sector (flux/revolution.hpp) both ends of a ring are one unknown, and its segments are facets.
 struct ProfileUnknowns {
     Wedges unknowns;                     ///< corner and area by unknown; `first` is left empty
     std::vector<std::uint32_t> unknown;  ///< by wedge
@@ -18,7 +18,7 @@ struct ProfileUnknowns {
 };
 
 /// \returns every wedge as an unknown of its own, and no partners, unless \p geometry is straight and its triangles
-///        pair up.
+///        pair up, or has a revolution.
 /// \note O(n log n).
 ProfileUnknowns make_profile_unknowns(const Geometry& geometry, const Wedges& wedges);
 

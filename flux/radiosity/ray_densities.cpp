@@ -88,6 +88,8 @@ RayDensities::RayDensities(const Geometry& geometry, const ProfileUnknowns& prof
         facet.normal = area_vector(mesh, t).normalized();
         facet.area = triangle_area(mesh, t);
     }
+    // A sector stands for a share of the turn: so densely connections from it end all around.
+    if (round()) image_share_[image_share_.size() / 2] = width_ / (2.0 * std::numbers::pi * box_.max[0]);
     order_ = along_curve(mesh, bounding_box(mesh));
     item_of_.resize(order_.size());
     for (std::size_t i = 0; i < order_.size(); ++i) item_of_[order_[i]] = static_cast<std::uint32_t>(i);
@@ -102,7 +104,7 @@ RayDensities::RayDensities(const Geometry& geometry, const ProfileUnknowns& prof
                     facets_[t].area / (3.0 * wedges.area[wedges.corner[3 * t + k]] * wedges_used);
     set_starts({});
     opening_.assign(kCells * kCells, 1.0 / static_cast<double>(kCells * kCells));
-    image_share_[image_share_.size() / 2] = 1.0;
+    if (!round()) image_share_[image_share_.size() / 2] = 1.0;
     images_.assign({image_share_.begin(), image_share_.end()});
     make_targets();
     cosine_density_.assign(facets_.size(), 0.0);
@@ -129,6 +131,12 @@ void RayDensities::set_starts(std::span<const double> variance) {
     }
     for (std::size_t i = 0; i < order_.size() && total > 0.0; ++i)
         start_share_[order_[i]] = 0.5 * even_share_[order_[i]] + 0.5 * best[i] / total;
+    // What starts on a segment is spread over its area, whichever triangle it is on.
+    for (std::uint32_t t = 0; round() && t + 1 < facets_.size(); t += 2) {
+        const double share =
+            (start_share_[t] + start_share_[t + 1]) / (facets_[t].area + facets_[t + 1].area);
+        start_share_[t] = share * facets_[t].area, start_share_[t + 1] = share * facets_[t + 1].area;
+    }
     std::vector<double> weights(order_.size());
     for (std::size_t i = 0; i < order_.size(); ++i) weights[i] = start_share_[order_[i]];
     starts_.assign(std::move(weights));
@@ -146,7 +154,7 @@ void RayDensities::make_targets() {
             target_density_[t] += relayed * relay_[i] / facets_[t].area;
     }
     // Over a profile the two triangles of a facet must not differ: a path ends in either.
-    if (straight_)
+    if (!partner_.empty())
         for (std::uint32_t t = 0; t < partner_.size(); ++t)
             if (const std::uint32_t other = partner_[t]; t < other)
                 target_density_[t] = target_density_[other] =
@@ -157,7 +165,9 @@ void RayDensities::make_targets() {
     const double cell_area = box_.area() / static_cast<double>(opening_.size());
     for (std::size_t i = 0; i < opening_.size(); ++i) {
         weights[order_.size() + i] = kPlaneShare * opening_[i];
-        cell_density_[i] = kPlaneShare * opening_[i] / cell_area;
+        const double column = static_cast<double>(i % kCells);
+        cell_density_[i] = kPlaneShare * opening_[i] /
+                           (cell_area * (round() ? (2.0 * column + 1.0) / static_cast<double>(kCells) : 1.0));
     }
     targets_.assign(std::move(weights));
 }
@@ -208,6 +218,7 @@ void RayDensities::set_counts(const RayCounts& counts) {
 }
 
 void RayDensities::set_images(std::span<const double> hits) {
+    if (round()) return;
     // Both ends of a pair must find the same share. Seen from the other end, the copy lies the other way, but
     // a mirrored one the same way.
     const auto from_other_end = [this](int k, int axis) {
@@ -232,7 +243,7 @@ void RayDensities::set_openings(std::span<const double> exits) {
     const double even = 1.0 / static_cast<double>(opening_.size());
     for (std::size_t i = 0; i < opening_.size(); ++i)
         opening_[i] = total > 0.0 ? 0.1 * even + 0.9 * exits[i] / total : even;
-    for (std::size_t column = 0; straight_ && column < kCells; ++column) {  // whatever y
+    for (std::size_t column = 0; (straight_ || round()) && column < kCells; ++column) {  // whatever y
         double sum = 0.0;
         for (std::size_t row = 0; row < kCells; ++row) sum += opening_[row * kCells + column];
         for (std::size_t row = 0; row < kCells; ++row) opening_[row * kCells + column] = sum / kCells;
@@ -241,6 +252,8 @@ void RayDensities::set_openings(std::span<const double> exits) {
 }
 
 int RayDensities::image_of(const Vec3& point) const {
+    if (round())
+        return point.head<2>().norm() <= box_.max[0] ? static_cast<int>(image_share_.size() / 2) : kNoImage;
     int image = 0;
     for (int axis = 1; axis >= 0; --axis) {
         double k = 0.0;
@@ -281,6 +294,19 @@ RayDensities::Target RayDensities::target(double which, double along, double ima
                  box_.min[1] + (static_cast<double>(row) + along) * step[1], top_};
         target.normal = -Vec3::UnitZ();
     }
+    if (round()) {
+        const double column = static_cast<double>(pick.item - order_.size()),
+                     turn = 2.0 * std::numbers::pi * image;
+        double r = point.x();
+        if (pick.item >= order_.size()) {  // evenly over the ring of the cell's column
+            const double inner = std::fmod(column, kCells), outer = inner + 1.0;
+            r = box_.max[0] / kCells * std::sqrt(inner * inner + pick.rest * (outer * outer - inner * inner));
+        }
+        const double across = target.normal.x();
+        target.point = {r * std::cos(turn), r * std::sin(turn), point.z()};
+        target.normal = {across * std::cos(turn), across * std::sin(turn), target.normal.z()};
+        return target;
+    }
     target.point = unfolded(point, target.image);
     for (int axis = 0; axis < 2; ++axis) {
         const int k = (axis == 0 ? target.image % kImageRow : target.image / kImageRow) - kImages;
@@ -291,6 +317,9 @@ RayDensities::Target RayDensities::target(double which, double along, double ima
 }
 
 std::size_t RayDensities::cell_of(const Vec3& point) const {
+    if (round())
+        return static_cast<std::size_t>(
+            std::clamp(point.head<2>().norm() / box_.max[0] * kCells, 0.0, kCells - 1.0));
     std::size_t cell = 0;
     for (int axis = 1; axis >= 0; --axis) {
         const double width = box_.max[axis] - box_.min[axis];
@@ -304,10 +333,12 @@ std::size_t RayDensities::cell_of(const Vec3& point) const {
     return cell;
 }
 
-double RayDensities::exit_weight(std::uint32_t a, const Vec3& point, int image, double form,
-                                 double cosine) const {
+double RayDensities::exit_weight(std::uint32_t a, const Vec3& point, int image, double form, double cosine,
+                                 double radius) const {
     double density = cosine_density_[a];
-    const double source = counts_.source / box_.area();
+    // Over a sector equally many start at every r (source.cpp).
+    const double source = counts_.source / box_.area() *
+                          (round() ? 0.5 * box_.max[0] / std::max(radius, 1e-9 * box_.max[0]) : 1.0);
     for (std::size_t i = 0; i < lobes_.size(); ++i)
         density += source * lobes_[i] * lobe(exponents_[i], cosine);
     if (image != kNoImage)

@@ -85,8 +85,12 @@ class RayDensities {
     const std::vector<Facet>& facets() const { return facets_; }
     /// Whether rays fly in the plane of x and z.
     bool straight() const { return straight_; }
+    /// Whether the surface is a sector, whose rays fly in space: what starts in it ends anywhere around.
+    bool round() const { return box_.axial; }
     /// Whether two triangles are one facet.
-    bool are_one(std::uint32_t a, std::uint32_t b) const { return a == b || (straight_ && partner_[a] == b); }
+    bool are_one(std::uint32_t a, std::uint32_t b) const {
+        return a == b || (!partner_.empty() && partner_[a] == b);
+    }
     const std::vector<double>& exponents() const { return exponents_; }
     const Distribution& starts() const { return starts_; }
     std::uint32_t start_triangle(std::size_t item) const { return order_[item]; }
@@ -99,7 +103,7 @@ class RayDensities {
         std::uint32_t triangle;
         int image;
     };
-    /// From three numbers in [0, 1): which, and where on it; and a fourth: which image.
+    /// From three numbers in [0, 1): which, and where on it; and a fourth: which image, or of a sector where around.
     Target target(double which, double along, double image) const;
 
     /// Image that the straightened point lies in.
@@ -120,8 +124,10 @@ class RayDensities {
                       image_share_[static_cast<std::size_t>(image)];
         return 1.0 / (cosine_density_[a] + cosine_density_[b] + connect * form);
     }
-    /// Weight of a ray from \p a that leaves to the source through \p point at \p cosine to the vertical.
-    double exit_weight(std::uint32_t a, const Vec3& point, int image, double form, double cosine) const;
+    /// Weight of a ray from \p a that leaves to the source through \p point at \p cosine to the vertical. \p radius: where
+    /// it meets the plane, of a sector.
+    double exit_weight(std::uint32_t a, const Vec3& point, int image, double form, double cosine,
+                       double radius = 0.0) const;
     /// Weight of a ray that leaves the domain elsewhere.
     double loss_weight(std::uint32_t a) const { return 1.0 / cosine_density_[a]; }
 

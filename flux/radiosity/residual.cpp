@@ -31,6 +31,7 @@ std::array<Vec3, kPoints> points_of(const Geometry& geometry, const Facet& facet
         point = facet.corner + centroid + kInwards * (point - centroid) + geometry.skin * facet.normal;
         for (int axis = 0; axis < 2; ++axis)
             point[axis] = std::clamp(point[axis], geometry.box.min[axis], geometry.box.max[axis]);
+        if (geometry.revolution) point.y() = 0.0;
     }
     return points;
 }

@@ -51,6 +51,7 @@ void draw_starts(const Trace& trace, const Batch& batch, Rays& r, AdjointStarts&
                      v * (geometry.mesh.vertices[corner[2]] - a) + geometry.skin * area.normalized();
         for (int axis = 0; axis < 2; ++axis)
             place[axis] = std::clamp(place[axis], geometry.box.min[axis], geometry.box.max[axis]);
+        if (geometry.revolution) place.y() = 0.0;
         r.set(kept, place, -down);
         r.from[kept] = triangle;
         r.ray[kept] = ray;

@@ -102,7 +102,46 @@ Geometry make_geometry(const TriangleMesh& mesh, const surface::RayScene& scene,
     // The source is clear of the surface by more than the overlap, but low: grazing particles cross few
     // sides.
     const double margin = 2.0 * kOverlap * skin;
-    return {mesh, scene, box, bounds.max.z() + margin, bounds.min.z() - margin, skin, is_straight(mesh, box)};
+    const double top = bounds.max.z() + margin, bottom = bounds.min.z() - margin;
+    if (box.axial)
+        return {mesh, scene, box, top, bottom, skin, false, std::make_shared<const Revolution>(mesh)};
+    return {mesh, scene, box, top, bottom, skin, is_straight(mesh, box)};
+}
+
+RoundFlight fly_round(const Geometry& geometry, const Vec3& position, const Vec3& direction,
+                      double free_path) {
+    RoundFlight flight;
+    flight.point = position;
+    flight.direction = direction;
+    const double radius = geometry.box.max[0];
+    while (flight.flights++ < kMaxSegments) {
+        const double rise = flight.direction.z(),
+                     exit = rise == 0.0
+                                ? kInfinity
+                                : ((rise > 0.0 ? geometry.top : geometry.bottom) - flight.point.z()) / rise,
+                     side = way_to_cylinder(flight.point, flight.direction, radius),
+                     left = free_path - flight.length, way = std::min({side, exit, left});
+        const RingHit hit = geometry.revolution->closest_front(flight.point, flight.direction,
+                                                               way + kOverlap * geometry.skin);
+        if (!hit && exit <= std::min(side, left)) {
+            flight.end = rise > 0.0 ? FlightEnd::escaped : FlightEnd::leaked;
+            return flight;
+        }
+        const double step = hit ? hit.distance : way;
+        const Turned turned = turned_into_plane(flight.point + step * flight.direction, flight.direction);
+        flight.point = turned.point;
+        flight.direction = turned.direction;
+        flight.length += step;
+        if (hit || left <= side) {
+            flight.end = hit ? FlightEnd::hit : FlightEnd::collided;
+            flight.segment = hit.segment;
+            flight.along = hit.along;
+            return flight;
+        }
+        flight.point.x() = radius;
+        flight.direction.x() = -std::abs(flight.direction.x());
+    }
+    return flight;
 }
 
 DomainExit domain_exit(const Geometry& geometry, const Vec3& start, const Vec3& direction) {
@@ -128,6 +167,13 @@ bool sees_source(const surface::RayScene& scene, const LateralBox& box, Vec3 pos
         if (above || !cross_side(box, side, position, path)) return true;
     }
     return false;
+}
+
+bool sees_source(const Geometry& geometry, const Vec3& position, const Vec3& path) {
+    if (geometry.revolution)
+        return fly_round(geometry, position, path.normalized()).end == FlightEnd::escaped;
+    return sees_source(geometry.scene, geometry.box, position,
+                       geometry.straight ? Vec3(path.x(), 0.0, path.z()) : path);
 }
 
 Vec3 outward_normal(const Geometry& geometry, std::uint32_t triangle) {

@@ -1,8 +1,10 @@
 #pragma once
 #include <cstdint>
 #include <limits>
+#include <memory>
 
 #include "flux/lateral.hpp"
+#include "flux/revolution.hpp"
 #include "surface/ray_scene.hpp"
 #include "surface/triangle_mesh.hpp"
 
@@ -18,6 +20,7 @@ struct Geometry {
     double skin = 0.0;    ///< distance that single precision resolves safely anywhere on the surface
     /// The surface is a profile, the same at all y and periodic: particles fly in the plane of x and z, their y stays.
     bool straight = false;
+    std::shared_ptr<const Revolution> revolution = {};  ///< of an axial box, in which positions have y = 0
 };
 
 /// \throws GeometryError as require_traceable.
@@ -55,6 +58,21 @@ struct Flight {
 Flight fly(const Geometry& geometry, Particle particle,
            double free_path = std::numeric_limits<double>::infinity());
 
+/// The end of a flight past a surface of revolution, turned with what flies into the plane y = 0.
+struct RoundFlight {
+    FlightEnd end = FlightEnd::leaked;
+    std::uint32_t segment = RingHit::kNone;
+    double along = 0.0;         ///< of the segment
+    Vec3 point, direction;      ///< where it hit or collided, and the direction it arrives in
+    double length = 0.0;        ///< of the way
+    std::uint32_t flights = 0;  ///< one more than the times it met the mirror around
+};
+
+/// fly() in an axial box. Mirrors turn paths, so that what goes round within the cylinder stays there.
+/// \param geometry  has its revolution.
+RoundFlight fly_round(const Geometry& geometry, const Vec3& position, const Vec3& direction,
+                      double free_path = std::numeric_limits<double>::infinity());
+
 /// The exit of a ray that hits nothing from the domain.
 struct DomainExit {
     bool to_source = false;  ///< through the source plane, not past an open side
@@ -69,6 +87,9 @@ DomainExit domain_exit(const Geometry& geometry, const Vec3& start, const Vec3& 
 /// surface, or leaves through an open side, without a hit. One that crosses 10,000 sides before counts as hidden.
 /// \param position  off the surface, in the box or on its sides.
 bool sees_source(const surface::RayScene& scene, const LateralBox& box, Vec3 position, Vec3 path);
+
+/// The same for any geometry, whose paths lie in the plane if it is straight.
+bool sees_source(const Geometry& geometry, const Vec3& position, const Vec3& path);
 
 /// Outward unit normal of the triangle, double precision; the zero vector if it has no area.
 Vec3 outward_normal(const Geometry& geometry, std::uint32_t triangle);

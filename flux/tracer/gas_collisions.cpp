@@ -66,9 +66,11 @@ void collide(const Geometry& geometry, std::size_t row, std::size_t kept, UnderW
     const Vec3 start = u.begun.point(row), way = u.begun.direction(row);
     const double x = start.x() + path * way.x();
     const double y = start.y() + (geometry.straight ? 0.0 : path * way.y());
-    const Vec3 place(folded(x, box.min[0], box.max[0], box.boundary[0]),
-                     folded(y, box.min[1], box.max[1], box.boundary[1]), start.z() + path * way.z());
     Rays& r = u.rays;
+    const Vec3 place = geometry.revolution ? r.point(row)
+                                           : Vec3(folded(x, box.min[0], box.max[0], box.boundary[0]),
+                                                  folded(y, box.min[1], box.max[1], box.boundary[1]),
+                                                  start.z() + path * way.z());
     const double up = 2.0 * unit_double(u.words[1][row]) - 1.0, out = std::sqrt((1.0 - up) * (1.0 + up));
     const double azimuth = 2.0 * std::numbers::pi * unit_double(u.words[2][row]);
     r.set(kept, place, {out * std::cos(azimuth), out * std::sin(azimuth), up});

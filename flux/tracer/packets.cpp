@@ -337,8 +337,35 @@ void turn_back(Rays& rays, const Straightened& kept) {
     }
 }
 
+// Flights past a surface of revolution, one by one. What hits is turned to the first triangle of its segment.
+void fly_all_round(const Geometry& geometry, Rays& rays, const Column<float>* free_path,
+                   FlightCounts& counts) {
+    for (std::size_t row = 0; row < rays.count; ++row) {
+        const double path = free_path != nullptr ? static_cast<double>((*free_path)[row])
+                                                 : std::numeric_limits<double>::infinity();
+        const RoundFlight flight =
+            fly_round(geometry, rays.point(row), rays.direction(row).normalized(), path);
+        counts.segments += flight.flights;
+        rays.distance[row] = 0.0f;
+        rays.set(row, flight.point, flight.direction);
+        if (flight.end != FlightEnd::hit) {
+            rays.triangle[row] = flight.end == FlightEnd::escaped    ? surface::kNoTriangle
+                                 : flight.end == FlightEnd::collided ? kCollided
+                                                                     : kLeaked;
+            continue;
+        }
+        rays.triangle[row] = 2 * flight.segment;
+        rays.u[row] = rays.v[row] = 0.5f * static_cast<float>(flight.along);
+        set_vector(geometry.revolution->normal(flight.segment), rays.nx, rays.ny, rays.nz, row);
+    }
+}
+
 template <bool kWithin>
 void fly_packets(const Geometry& geometry, Rays& rays, const Column<float>* free_path, FlightCounts& counts) {
+    if (geometry.revolution) {
+        fly_all_round(geometry, rays, free_path, counts);
+        return;
+    }
     if (!geometry.straight) {
         PacketFlight<kWithin>(geometry, rays, free_path, counts).fly();
         return;

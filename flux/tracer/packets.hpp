@@ -78,7 +78,8 @@ struct FlightCounts {
 void fly_block(const Geometry& geometry, Rays& rays, FlightCounts& counts);
 
 /// fly_block() for particles that collide in a gas: row i flies at most \p free_path[i], through sides, in world units.
-/// Those that get that far have the triangle kCollided, and positions that mean nothing.
+/// Those that get that far have the triangle kCollided, and positions that mean nothing but in an axial box, where they
+/// are the places of the collisions.
 void fly_block_within(const Geometry& geometry, Rays& rays, const Column<float>& free_path,
                       FlightCounts& counts);
 

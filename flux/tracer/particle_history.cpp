@@ -97,7 +97,7 @@ void follow_ions(const Trace& trace, Bundle bundle, Worker& w, Event event,
 void follow_shared(const Trace& trace, std::vector<Bundle>& bundles, Worker& w, Event& event) {
     for (Bundle& bundle : bundles) {
         bundle.weight = w.weights[bundle.species].data();
-        std::fill_n(bundle.weight, w.rays.count, kOne);
+        std::copy_n(w.rays.weight.begin(), w.rays.count, bundle.weight);
     }
     while (fly_to_hit(trace, bundles, w.rays, event, w.flights)) {
         react_shared(trace, bundles, w, event);
@@ -140,7 +140,8 @@ void trace_block(const Trace& trace, const Batch& batch, std::uint32_t first, st
     std::vector<Bundle> bundles;
     for (const std::size_t k : trace.active) {
         w.counts[k].emitted += count;
-        if (!trace.adjoint) w.counts[k].ledger.emitted += count * kOne;
+        for (std::uint32_t row = 0; row < count && !trace.adjoint; ++row)
+            w.counts[k].ledger.emitted += w.rays.weight[row];
         bundles.push_back({k, w.rays.weight.data(), &trace.sticking[k], &tallies[k], w.bins[k],
                            &w.counts[k].ledger, &w.counts[k]});
     }

@@ -65,7 +65,8 @@ void check_species(const Species& species, const LateralBox& box, std::size_t ma
         throw RecipeError("{}: beam = ({:.6g}, {:.6g}, {:.6g}): must have length 1 and point downwards",
                           species.name, beam.x(), beam.y(), beam.z());
     for (int axis = 0; axis < 2; ++axis)
-        if (!species.rotating && beam[axis] != 0.0 && box.boundary[axis] == Boundary::reflective)
+        if (!species.rotating && beam[axis] != 0.0 &&
+            (box.axial || box.boundary[axis] == Boundary::reflective))
             throw RecipeError(
                 "{}: the beam is tilted along {}, and the reflective sides there would mirror it: use "
                 "periodic sides",

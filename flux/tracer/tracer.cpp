@@ -178,8 +178,10 @@ class Tracer {
         return box_.area() / (1.0 - trace_.desorption.share) /
                static_cast<double>(counts_.species[k].emitted);
     }
-    static TallyFlux flux_of(const Tally& tally, double scale) {
-        return {tally.triangle_flux(scale), tally.wedge_flux(scale), tally.vertex_flux(scale)};
+    TallyFlux flux_of(const Tally& tally, double scale) const {
+        TallyFlux flux{tally.triangle_flux(scale), tally.wedge_flux(scale), tally.vertex_flux(scale)};
+        if (trace_.geometry.revolution) share_segments(trace_.geometry.mesh, flux.triangle);
+        return flux;
     }
 
     // A species alone has all tallies, others one each.

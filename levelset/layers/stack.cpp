@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "levelset/openvdb_grid.hpp"
 
@@ -14,13 +15,16 @@ float share(float phi, float dx) {
     return std::clamp(0.5f - phi / dx, 0.0f, 1.0f);
 }
 
-// The share of a node's cell that lies within the domain.
+// The share of a node's cell that lies within the domain; of an axial one, the ring that the cell makes, in
+// cells.
 double weight(const Domain& domain, const openvdb::Coord& node) {
     double weight = 1.0;
     for (std::size_t a = 0; a < 2; ++a) {
         const int n = node[static_cast<int>(a)];
         if (domain.side[a] == Side::reflective && (n == 0 || n == domain.cells[a])) weight *= 0.5;
     }
+    // At the axis the middle of the half cell counts.
+    if (domain.axial) weight *= 2.0 * std::numbers::pi * std::max<double>(node.x(), 0.25);
     return weight;
 }
 

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <tuple>
 #include <unordered_map>
 
@@ -188,6 +189,19 @@ Seen seen(const TriangleMesh& surface, const Triangle& t, double level) {
 
 }  // namespace
 
+double volume_over(const TriangleMesh& surface, std::size_t triangle, double level, const Domain& domain) {
+    const Triangle& t = surface.triangles[triangle];
+    const Seen here = seen(surface, t, level);
+    if (!domain.axial) return here.up * here.height;
+    // The mean of a product of linear functions over a triangle, from the middles of its edges.
+    double mean = 0.0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3 middle = 0.5 * (surface.vertices[t[k]] + surface.vertices[t[(k + 1) % 3]]);
+        mean += middle.x() * (middle.z() - level) / 3.0;
+    }
+    return here.up * mean * 2.0 * std::numbers::pi / (domain.max[1] - domain.min[1]);
+}
+
 std::vector<std::uint32_t> piece_of_vertices(const TriangleMesh& surface, const Domain& domain) {
     SharedSets sets = connected(surface);
     join_across_sides(surface, domain, sets);
@@ -243,8 +257,7 @@ std::vector<SurfacePiece> surface_pieces(const TriangleMesh& surface, const Doma
         SurfacePiece& of = pieces[piece[at_triangle(t)]];
         if (of.cover != 0) continue;
         // From a vertex of the piece, so that small ones keep their digits.
-        const Seen here = seen(surface, surface.triangles[t], surface.vertices[of.part].z());
-        of.volume += here.up * here.height;
+        of.volume += volume_over(surface, t, surface.vertices[of.part].z(), domain);
     }
     return pieces;
 }

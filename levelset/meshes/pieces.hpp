@@ -13,7 +13,8 @@ struct SurfacePiece {
     /// How often it covers the domain, seen from above, faces down counted negative: 1 for a wafer's surface,
     /// -1 for an underside (of a wafer that ends below, or of a roof), 0 for what is enclosed.
     int cover = 0;
-    double volume = 0.0;      ///< where cover is 0: of the material in it, or minus that of the gas
+    double volume =
+        0.0;  ///< where cover is 0: of the material in it, or minus that of the gas; as volume_over
     std::uint32_t top = 0;    ///< its highest vertex
     std::uint32_t part = 0;   ///< what piece_of_vertices says of its vertices
     std::vector<Box3> boxes;  ///< around it; one for each of its parts where periodic sides cut it
@@ -23,6 +24,9 @@ struct SurfacePiece {
     /// Gas that cannot leave upwards: its highest point faces down.
     bool shuts_in() const { return cover < 0 || (cover == 0 && volume < 0.0); }
 };
+
+/// The volume between a triangle and a level, negative if it faces down; of an axial domain that of the revolution.
+double volume_over(const TriangleMesh& surface, std::size_t triangle, double level, const Domain& domain);
 
 /// For each vertex the lowest one of its piece of the surface. Pieces that meet at periodic sides are one.
 /// \param surface  extract_surface of a layer.

@@ -96,9 +96,7 @@ Body mask(const Shape& shape, const Domain& domain) {
             base, shape.top, true};
 }
 
-}  // namespace
-
-Body make_body(const Shape& shape, const Domain& domain) {
+Body body_of(const Shape& shape, const Domain& domain) {
     require(std::abs(shape.taper_deg) < 90.0, shape, "taper_deg must lie between -90 and 90");
     if (std::optional<Body> solid = make_solid(shape, domain)) return *std::move(solid);
     switch (shape.kind) {
@@ -128,6 +126,17 @@ Body make_body(const Shape& shape, const Domain& domain) {
             break;
     }
     throw GeometryError("unknown shape");
+}
+
+}  // namespace
+
+Body make_body(const Shape& shape, const Domain& domain) {
+    Body body = body_of(shape, domain);
+    if (domain.axial)
+        body.distance = [distance = std::move(body.distance)](const Vec3& p) {
+            return distance({p.x(), 0.0, p.z()});
+        };
+    return body;
 }
 
 }  // namespace sidewall::levelset

@@ -19,6 +19,8 @@ struct Bound {
 // Blanket rates times durations bound depths and films; masks only lose; walls lean as the process makes
 // them. An undercut of less than a cell may come out negative by a part of one.
 const std::map<std::string, std::vector<Bound>> kBounds = {
+    // 200 cycles of 0.1 nm at the top, half of it half way down.
+    {"ald_via", {{"film_top", 19.9, 20.1}, {"film_side", 8.0, 12.0}, {"film_bottom", 1.5, 3.5}}},
     {"ald_hole", {{"film_top", 22.0, 25.3}, {"film_side", 20.0, 25.3}, {"step_coverage_bottom", 0.9, 1.02}}},
     // 250 cycles of 0.106 nm where all sites are taken.
     {"ald_cavity", {{"film_top", 0.0255, 0.0270}, {"film_bottom", 0.010, 0.0270}}},
@@ -89,6 +91,12 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
     // The lowest point ends it; the floor is even to a hundredth of a cell.
     {"gds_masked_etch",
      {{"depth", 0.5 - 0.01 * 0.125, 0.51}, {"sidewall_angle", 80.0, 90.0}, {"cd_at_0.1", 0.4, 0.6}}},
+    // The mouth closes over a void; of the liner 5 at the top.
+    {"contact_round",
+     {{"voids", 1.0, 1.0},
+      {"film_top", 99.0, 101.0},
+      {"added_volume_TiN", 1.5e5, 3e5},
+      {"void_width", 20.0, 60.0}}},
     {"hole_deposition", {{"depth", 5.7, 6.0}, {"added_volume_SiO2", 11.0, 13.0}}},
     // The beam's own direction is 55 degrees from the horizontal; the floor leans less.
     {"ion_beam_trench",
@@ -100,6 +108,9 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
       {"film_side", 3.0, 7.0},
       {"step_coverage_bottom", 0.05, 0.6},
       {"removed_volume_SiO2", 0.0, 100.0}}},
+    // As memory_hole, of the whole depth: half way down half of it.
+    {"memory_hole_round",
+     {{"film_top", 7.7, 8.1}, {"film_side", 2.5, 5.0}, {"step_coverage_bottom", 0.0, 0.1}}},
     // All silicon-germanium goes, three films of 8; wires stay.
     {"nanowires",
      {{"depth", -58.02, -57.98},

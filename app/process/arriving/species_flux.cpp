@@ -101,7 +101,7 @@ void trace_pass(const Recipe& recipe, const Model& model, const TracedSurface& s
     options.relative_error = recipe.flux.relative_error;
     options.reflected = pass.size() == 1 && has_direct(recipe, model, pass.front());
     std::vector<flux::FluxResult> results = flux::trace_fluxes(
-        surface.traced(), *surface.scene, surface.box, species, arriving.materials, arriving.wedges, options);
+        surface.flown(), *surface.scene, surface.box, species, arriving.materials, arriving.wedges, options);
     for (std::size_t i = 0; i < pass.size(); ++i) arriving.trace->species[pass[i]] = std::move(results[i]);
 }
 
@@ -159,8 +159,8 @@ std::vector<DirectPart> direct_parts(const Recipe& recipe, const Model& model, c
         if (has_direct(recipe, model, k))
             parts.push_back({model.direct[k],
                              tally,
-                             flux::open_shares(*model.direct[k], surface.traced(), *surface.scene,
-                                               surface.box, wedges, surface.simplified.has_value()),
+                             flux::open_shares(*model.direct[k], surface.flown(), *surface.scene, surface.box,
+                                               wedges, surface.simplified.has_value()),
                              {}});
     return parts;
 }
@@ -168,7 +168,7 @@ std::vector<DirectPart> direct_parts(const Recipe& recipe, const Model& model, c
 // Sets the fluxes that models see to what comes straight, which is known without noise, and the rest.
 void join_parts(const TracedSurface& surface, SurfaceFlux& arriving) {
     if (arriving.direct.empty()) return;
-    const std::vector<Vec3> normals = flux::wedge_normals(surface.traced(), arriving.wedges);
+    const std::vector<Vec3> normals = flux::wedge_normals(surface.flown(), arriving.wedges);
     const std::vector<std::int32_t> materials = flux::wedge_materials(arriving.wedges, arriving.materials);
     for (DirectPart& part : arriving.direct) {
         const std::size_t tallies = part.source->tallies();
@@ -216,7 +216,7 @@ void smooth(const Recipe& recipe, const TracedSurface& surface, SurfaceFlux& arr
             arriving.flux.push_back(
                 solved.back() != 0
                     ? wedge.flux
-                    : flux::smoothed_flux(surface.traced(), arriving.wedges, wedge,
+                    : flux::smoothed_flux(surface.flown(), arriving.wedges, wedge,
                                           whole_arrivals(surface.box, arriving.wedges, result)));
             trace.error.push_back(wedge.error);
         }

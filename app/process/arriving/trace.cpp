@@ -38,14 +38,20 @@ void require_same(const flux::Shares& shares, const TriangleMesh& mesh) {
 }
 
 // The traced mesh with the material of each triangle, split at creases and material edges; no flux yet.
-SurfaceFlux split_at_creases(const levelset::MaterialStack& stack, const TriangleMesh& mesh) {
+SurfaceFlux split_at_creases(const levelset::MaterialStack& stack, TracedSurface& surface) {
     SurfaceFlux parts;
+    const TriangleMesh& mesh = surface.traced();
+    const levelset::Domain& domain = stack.domain;
+    surface.sector.reset();
+    if (domain.axial) surface.sector = flux::sector_of(mesh, domain.max[0], domain.max[1] - domain.min[1]);
     parts.materials.resize(mesh.triangles.size());
     const levelset::FacePoints faces(mesh);
     tbb::parallel_for(std::size_t{0}, parts.materials.size(), [&](std::size_t t) {
-        parts.materials[t] = levelset::exposed_material(stack, faces.of(t));
+        // Both triangles of a round profile's segment are of one.
+        parts.materials[t] = levelset::exposed_material(stack, faces.of(domain.axial ? t - t % 2 : t));
     });
-    parts.wedges = flux::make_wedges(mesh, parts.materials);
+    parts.wedges = flux::make_wedges(surface.flown(), parts.materials);
+    if (surface.sector) flux::join_rings(*surface.sector, parts.wedges);
     return parts;
 }
 
@@ -171,8 +177,7 @@ void trace(const Recipe& recipe, const Model& model, const levelset::MaterialSta
         surface.scene = build_scene(surface.traced(), timing);
         const PhaseClock clock(timing.trace);
         try {
-            Tracing tracing{recipe,  model,   surface,
-                            carried, request, split_at_creases(stack, surface.traced())};
+            Tracing tracing{recipe, model, surface, carried, request, split_at_creases(stack, surface)};
             if (model.coverages.pulse > 0.0)
                 tracing.pulsed();
             else if (request.settle && !model.coverages.names.empty())
@@ -205,7 +210,7 @@ void reuse_fluxes(const Recipe& recipe, const Model& model, const levelset::Mate
                   const SurfaceField& carried, TracedSurface& surface, Timing& timing) {
     surface.scene = build_scene(surface.raw, timing);
     const PhaseClock clock(timing.rates);
-    surface.arriving = carried_fluxes(model, carried, surface.raw, split_at_creases(stack, surface.raw));
+    surface.arriving = carried_fluxes(model, carried, surface.raw, split_at_creases(stack, surface));
     add_direct_parts(recipe, model, surface, *surface.arriving);
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "levelset/meshes/extract.hpp"
 #include "levelset/meshes/grid_curvature.hpp"
@@ -60,19 +61,36 @@ TriangleMesh extruded_side(const TriangleMesh& mesh, const levelset::Domain& dom
         extruded.vertices.emplace_back(p.x(), domain.max[1], p.z());
         return copy[v];
     };
+    using Edge = std::pair<std::uint32_t, std::uint32_t>;
+    std::vector<Edge> on_side;  // in the triangles' order
     for (const auto& triangle : mesh.triangles)
         for (std::size_t k = 0; k < 3; ++k) {
             const std::uint32_t from = triangle[k], to = triangle[(k + 1) % 3];
-            if (mesh.vertices[from].y() != domain.min[1] || mesh.vertices[to].y() != domain.min[1]) continue;
+            if (mesh.vertices[from].y() == domain.min[1] && mesh.vertices[to].y() == domain.min[1])
+                on_side.emplace_back(from, to);
+        }
+    // A triangle that closes a corner lies on the side as a whole: what runs both ways is no part of the
+    // outline.
+    std::vector<Edge> sorted = on_side;
+    std::sort(sorted.begin(), sorted.end());
+    for (const auto& [from, to] : on_side)
+        if (!std::binary_search(sorted.begin(), sorted.end(), Edge(to, from))) {
             const std::uint32_t a = vertex(from), b = vertex(to);
             extruded.triangles.push_back({a, b, b + 1});
             extruded.triangles.push_back({a, b + 1, a + 1});
         }
+    for (const Attribute& attribute : mesh.vertex_attributes) {
+        Attribute& values = extruded.vertex_attributes.emplace_back(attribute);
+        values.values.resize(extruded.vertices.size());
+        for (std::size_t v = 0; v < copy.size(); ++v)
+            if (copy[v] != kNone) values.values[copy[v]] = values.values[copy[v] + 1] = attribute.values[v];
+    }
     return extruded;
 }
 
 flux::LateralBox lateral_box(const levelset::Domain& domain) {
     flux::LateralBox box{domain.min, domain.max, {}};
+    box.axial = domain.axial;
     for (std::size_t a = 0; a < 2; ++a)
         box.boundary[a] = domain.side[a] == levelset::Side::periodic ? flux::Boundary::periodic
                                                                      : flux::Boundary::reflective;
@@ -100,6 +118,7 @@ TracedSurface extract(const levelset::MaterialStack& stack, double time, Timing&
     surface.time = time;
     surface.box = lateral_box(stack.domain);
     surface.raw = levelset::extract_surface(stack);
+    if (stack.domain.axial) surface.raw = extruded_side(surface.raw, stack.domain);
     if (surface.raw.triangles.empty())
         throw NumericsError(
             "the surface has vanished: no material boundary is left in the domain; shorten the step");
@@ -128,8 +147,9 @@ void simplify(const Recipe& recipe, const levelset::MaterialStack& stack, const 
     options.fixed = fixed;
     TriangleMesh mesh = simplify::simplify(surface.raw, features, options).mesh;
     const bool profile = stack.domain.cells[1] == 1 && stack.domain.side[1] == levelset::Side::periodic;
-    surface.simplified =
-        profile && recipe.flux.method != "monte-carlo" ? extruded_side(mesh, stack.domain) : std::move(mesh);
+    surface.simplified = profile && (stack.domain.axial || recipe.flux.method != "monte-carlo")
+                             ? extruded_side(mesh, stack.domain)
+                             : std::move(mesh);
 }
 
 std::vector<double> resolving_lengths(const SurfaceField& carried, const TriangleMesh& mesh, double change,

@@ -68,6 +68,7 @@ struct TracedSurface {
     std::vector<levelset::SurfacePiece> pieces;  ///< of raw
     std::optional<TriangleMesh> simplified;      ///< what is traced instead, if anything
     flux::LateralBox box;                        ///< sides of the domain
+    std::optional<TriangleMesh> sector;          ///< of traced(), where the box is axial: what flux/ takes
     /// Hierarchy of traced() for rays; absent if the model neither traces nor asks for positions, Model::speeds or line of sight along a
     /// tilted beam.
     std::shared_ptr<const surface::RayScene> scene;
@@ -77,6 +78,7 @@ struct TracedSurface {
     std::optional<SurfaceFlux> arriving;  ///< on traced(); absent if the model traces no species
 
     const TriangleMesh& traced() const { return simplified ? *simplified : raw; }
+    const TriangleMesh& flown() const { return sector ? *sector : traced(); }
 };
 
 /// How to trace.

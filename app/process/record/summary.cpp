@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "app/common/json.hpp"
 #include "app/common/processes.hpp"
@@ -25,6 +26,7 @@ constexpr int kTimeDigits = 9, kDigits = 6, kErrorDigits = 4;
 constexpr double kLeastShift = 1e-6;
 
 double wafer_area(const levelset::Domain& domain) {
+    if (domain.axial) return std::numbers::pi * domain.max[0] * domain.max[0];
     return (domain.max[0] - domain.min[0]) * (domain.max[1] - domain.min[1]);
 }
 

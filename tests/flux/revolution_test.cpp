@@ -1,0 +1,203 @@
+#include "flux/revolution.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "flux/radiosity/radiosity.hpp"
+#include "flux/tracer/tracer.hpp"
+#include "tests/flux/cylinders.hpp"
+#include "tests/flux/revolved.hpp"
+#include "tests/flux/truth.hpp"
+
+using namespace sidewall;
+using namespace sidewall::flux;
+
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+// A hole of radius 1 and a depth in a flat top out to 2.
+Curve hole(double depth) {
+    return {{0.0, -depth}, {1.0, -depth}, {1.0, 0.0}, {2.0, 0.0}};
+}
+
+double sector_area(const Revolved& body) {
+    return total_area(body.mesh) * 2.0 * kPi * body.box.max[0] / Revolved::kWidth;
+}
+
+// The mean flux over the horizontal triangles at a height.
+double mean_at(const Revolved& body, const FluxResult& result, double z) {
+    double sum = 0.0, area = 0.0;
+    for (std::size_t t = 0; t < body.mesh.triangles.size(); ++t) {
+        if (std::abs(triangle_centroid(body.mesh, t).z() - z) > 1e-9) continue;
+        sum += triangle_area(body.mesh, t) * result.triangle.flux[t];
+        area += triangle_area(body.mesh, t);
+    }
+    return sum / area;
+}
+
+}  // namespace
+
+TEST_CASE("a sector has the areas of the revolution, and its rings one wedge each") {
+    const Revolved body({{0.0, -1.0}, {1.0, -1.0}, {1.0, 0.0}, {1.5, 0.5}, {3.0, 0.5}}, 0.1);
+    const double exact = kPi * (1.0 + 2.0 + 2.5 * std::sqrt(0.5) + 9.0 - 2.25);
+    CHECK(sector_area(body) == Approx(exact).epsilon(1e-5));  // what the axis is wide
+    double wedges = 0.0;
+    for (std::size_t w = 0; w < body.wedges.count(); ++w) wedges += body.wedges.area[w];
+    CHECK(wedges == Approx(total_area(body.mesh)));
+    for (std::size_t t = 0; t < body.mesh.triangles.size(); t += 2) {
+        CHECK(body.wedges.corner[3 * t + 1] == body.wedges.corner[3 * t + 2]);
+        CHECK(body.wedges.corner[3 * t] == body.wedges.corner[3 * t + 5]);
+    }
+}
+
+TEST_CASE("a ray meets cones, cylinders and annuli where a search along it does") {
+    const Curve curve{{0.0, -2.0}, {0.7, -2.0}, {1.0, -0.5}, {0.6, 0.3}, {1.4, 0.6}, {1.4, 0.1}, {2.0, 0.4}};
+    const Revolved body(curve, 0.05);
+    const Revolution revolution(body.mesh);
+    // Height of the point over each part of the curve would be ambiguous: the sign of the winding decides
+    // inside.
+    const auto inside = [&](const Vec3& p) {
+        const double r = std::hypot(p.x(), p.y());
+        int below = 0;  // crossings of the curve on the way up
+        for (std::size_t k = 1; k < curve.size(); ++k) {
+            const auto [r0, z0] = curve[k - 1];
+            const auto [r1, z1] = curve[k];
+            if ((r0 <= r) == (r1 <= r)) continue;
+            below += z0 + (r - r0) / (r1 - r0) * (z1 - z0) > p.z() ? 1 : 0;
+        }
+        return below % 2 == 1;
+    };
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+    int hits = 0;
+    for (int ray = 0; ray < 3000; ++ray) {
+        const Vec3 origin(1.3 * uniform(random), 1.3 * uniform(random), uniform(random));
+        if (inside(origin) || std::hypot(origin.x(), origin.y()) > 1.9) continue;
+        const Vec3 direction = Vec3(uniform(random), uniform(random), uniform(random)).normalized();
+        const double reach = std::min(4.0, way_to_cylinder(origin, direction, 2.0));
+        constexpr double kStep = 1e-3;
+        double met = reach;
+        for (double t = kStep; t < reach; t += kStep)
+            if (inside(origin + t * direction)) {
+                met = t;
+                break;
+            }
+        const RingHit hit = revolution.closest_front(origin, direction, reach);
+        INFO("ray " << ray << " from " << origin.transpose() << " along " << direction.transpose());
+        const double found = hit ? hit.distance : reach;
+        // The search may step over a corner.
+        const Vec3 just_in = origin + (found + 1e-7) * direction;
+        CHECK(found <= met + 1e-9);
+        CHECK((found >= met - kStep - 1e-9 || inside(just_in)));
+        hits += hit ? 1 : 0;
+    }
+    CHECK(hits > 500);
+}
+
+TEST_CASE("a round hole transmits what Clausing computed, without a leak") {
+    for (const double length : {1.0, 2.0, 4.0}) {
+        const Revolved body(hole(length), 0.1);
+        Species species;
+        species.sticking = {0.0, 1.0};
+        std::vector<std::int32_t> materials(body.mesh.triangles.size());
+        for (std::size_t t = 0; t < materials.size(); ++t)
+            materials[t] = triangle_centroid(body.mesh, t).z() < 1e-9 - length ? 1 : 0;
+        TraceOptions options;
+        options.rays = 2'000'000;
+        const FluxResult result =
+            trace_flux(body.mesh, body.scene, body.box, species, materials, body.wedges, options);
+        CHECK(result.leaked == 0);
+        CHECK(result.ledger.balanced());
+        CHECK(mean_at(body, result, -length) == Approx(clausing_transmission(length)).epsilon(2e-3));
+        CHECK(mean_at(body, result, 0.0) == Approx(1.0).epsilon(2e-3));
+    }
+}
+
+TEST_CASE("the floor of a round hole sees the view factor of its opening, at the axis as beside it") {
+    const double depth = 1.5;
+    const Revolved body(hole(depth), 0.1);
+    TraceOptions options;
+    options.rays = 4'000'000;
+    const FluxResult result = trace_flux(body.mesh, body.scene, body.box, {}, {}, body.wedges, options);
+    for (std::size_t t = 0; t < body.mesh.triangles.size(); t += 2) {
+        const double one = triangle_area(body.mesh, t), other = triangle_area(body.mesh, t + 1);
+        const Vec3 p = (one * triangle_centroid(body.mesh, t) + other * triangle_centroid(body.mesh, t + 1)) /
+                       (one + other);
+        if (std::abs(p.z() + depth) > 1e-9) continue;
+        INFO("r = " << p.x());
+        CHECK(result.triangle.flux[t] ==
+              Approx(disk_view(depth, p.x())).margin(4.0 * result.triangle.error[t] + 2e-4));
+    }
+}
+
+TEST_CASE("what flies in gas past a flat round wafer keeps its flux out to the mirror") {
+    const Revolved body({{0.0, 0.0}, {2.0, 0.0}}, 0.2);
+    for (const double mean_free_path : {0.1, 1e9}) {
+        Species species;
+        species.mean_free_path = mean_free_path;
+        TraceOptions options;
+        options.rays = 400'000;
+        const FluxResult result =
+            trace_flux(body.mesh, body.scene, body.box, species, {}, body.wedges, options);
+        for (std::size_t t = 0; t < body.mesh.triangles.size(); ++t)
+            CHECK(result.triangle.flux[t] == Approx(1.0).margin(4.5 * result.triangle.error[t] + 2e-3));
+    }
+}
+
+TEST_CASE("radiosity between rings gives every row of the exact table within 1 %") {
+    // Ten cells a radius; of the floor the mean. What sticks at once is for the tracer: deep down too few
+    // rays see out.
+    for (const double aspect : {5.0, 30.0, 100.0}) {
+        const double depth = 2.0 * aspect;
+        const Revolved body(hole(depth), 0.1);
+        Exchange exchange(body.mesh, body.scene, body.box, body.wedges, {1.0}, {});
+        exchange.gather(4000 * exchange.unknowns());
+        for (const double sticking : {0.1, 0.01, 0.001}) {
+            const std::vector<double> by_wedge(body.wedges.count(), sticking);
+            const RadiosityFlux flux = solve_flux(
+                exchange, {.name = "test", .source_exponent = 1.0, .sticking = by_wedge}, {.errors = false});
+            for (const CylinderRow& row : cylinder_rows()) {
+                if (row.aspect != aspect || row.sticking != sticking || row.flux < 1e-4) continue;
+                double sum = 0.0, area = 0.0;
+                for (std::size_t t = 0; t < body.mesh.triangles.size(); ++t) {
+                    const Vec3 p = triangle_centroid(body.mesh, t);
+                    const bool floor = std::abs(p.z() + depth) < 1e-9;
+                    const bool here = row.depth < 0.0 ? floor
+                                                      : !floor && std::abs(p.x() - 1.0) < 1e-3 &&
+                                                            std::abs(p.z() + row.depth * depth) < 0.11;
+                    if (!here) continue;
+                    double mean = 0.0;
+                    for (std::size_t k = 0; k < 3; ++k)
+                        mean += flux.wedge.flux[body.wedges.corner[3 * t + k]] / 3.0;
+                    sum += triangle_area(body.mesh, t) * mean;
+                    area += triangle_area(body.mesh, t);
+                }
+                INFO("aspect " << aspect << " sticking " << sticking << " depth " << row.depth);
+                CHECK(sum / area == Approx(row.flux).epsilon(0.01));
+            }
+        }
+    }
+}
+
+TEST_CASE("paths and radiosity agree on every ring of a round hole, at its axis too") {
+    const Revolved body(hole(2.0), 0.1);
+    Species species;
+    species.sticking = {0.1};
+    TraceOptions options;
+    options.rays = 2'000'000;
+    const FluxResult traced = trace_flux(body.mesh, body.scene, body.box, species, {}, body.wedges, options);
+    Exchange exchange(body.mesh, body.scene, body.box, body.wedges, {1.0}, {});
+    exchange.gather(20000 * exchange.unknowns());
+    const std::vector<double> sticking(body.wedges.count(), 0.1);
+    const RadiosityFlux solved = solve_flux(
+        exchange, {.name = "test", .source_exponent = 1.0, .sticking = sticking}, {.errors = true});
+    for (std::size_t w = 0; w < body.wedges.count(); ++w) {
+        if (!(body.wedges.area[w] > 0.0)) continue;
+        const double error = std::hypot(traced.wedge.error[w], solved.wedge.error[w]);
+        INFO("wedge " << w);
+        CHECK(traced.wedge.flux[w] == Approx(solved.wedge.flux[w]).margin(4.5 * error + 2e-3));
+    }
+}

@@ -1,0 +1,189 @@
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "app/devices/revolved.hpp"
+#include "app/process/simulation.hpp"
+#include "app/process/wafer.hpp"
+#include "app/recipe/effective_recipe.hpp"
+#include "app/results/metrology.hpp"
+#include "surface/error.hpp"
+#include "tests/integration/run_program.hpp"
+
+// Profiles of round wafers in r and z: symmetry = "axial".
+using namespace sidewall;
+using namespace sidewall::app;
+
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+const std::string kRoundDomain = "[domain]\nextent = [2.0]\nsymmetry = \"axial\"\ngrid_spacing = 0.1\n";
+const std::string kRoundHole =
+    kRoundDomain + "[[layer]]\nmaterial = \"Si\"\nshape = \"hole\"\nradius = 1.0\ndepth = 2.0\n";
+const std::string kSticking =
+    "[[step]]\nmodel = \"single_particle\"\nduration = 0.3\nrate = 1.0\nsticking = 0.1\ndeposit = \"SiO2\"\n";
+const std::string kBeam =
+    "[[step]]\nmodel = \"ion_beam\"\nduration = 1.0\nrate = { Si = 0.005 }\ntilt_deg = 20.0\n";
+const std::string kConformal =
+    "[[step]]\nmodel = \"isotropic\"\nduration = 0.4\nrate = 1.0\ndeposit = \"SiO2\"\n";
+
+std::string refusal(const std::string& text) {
+    try {
+        parse_recipe(text, "round.toml");
+    } catch (const RecipeError& error) {
+        return error.what();
+    }
+    return "accepted";
+}
+
+Json summary(const std::string& text, const std::vector<std::string>& overrides = {}) {
+    const test::Folder folder;
+    return run_recipe(parse_recipe(text, "round.toml", overrides), {.output = folder.path, .quiet = true})
+        .summary;
+}
+
+}  // namespace
+
+TEST_CASE("a round wafer is a profile from the axis to a mirror", "[foreign]") {
+    const Recipe recipe = parse_recipe(kRoundHole + kSticking, "round.toml");
+    const levelset::Domain domain = domain_of(recipe);
+    CHECK(domain.axial);
+    CHECK(domain.min[0] == 0.0);
+    CHECK(domain.max[0] == 2.0);
+    CHECK(domain.cells == std::array<int, 2>{20, 1});
+    const std::string written = effective_recipe(recipe);
+    INFO(written);
+    CHECK(written.find("symmetry = \"axial\"") != std::string::npos);
+    CHECK(effective_recipe(parse_recipe(written, "round.toml")) == written);
+}
+
+TEST_CASE("what is not round is refused, and the message says what would work", "[foreign]") {
+    const std::string substrate = kRoundDomain + "[[layer]]\nmaterial = \"Si\"\n";
+    const auto check = [&](const std::string& text, const char* instead) {
+        const std::string message = refusal(text);
+        CAPTURE(text, message);
+        CHECK(message.find(instead) != std::string::npos);
+        CHECK(message.find("round.toml:") == 0);
+    };
+    const auto layer = [&](const std::string& keys, const char* instead) {
+        check(substrate + "[[layer]]\n" + keys + kSticking, instead);
+    };
+    layer("material = \"W\"\nshape = \"box\"\nsize = [1.0, 1.0]\nheight = 1.0\n", "use a fin");
+    layer(
+        "material = \"W\"\nshape = \"mask\"\nthickness = 1.0\npolygons = [{ points = [0, 0, 1, 0, 1, 1] }]\n",
+        "use a hole");
+    layer("material = \"W\"\nshape = \"hole\"\nthickness = 1.0\nradius = 0.5\nposition = [0.5, 0.0]\n",
+          "[0, 0]");
+    layer("subtract = true\nshape = \"cylinder\"\nradius = 0.5\naxis = \"x\"\n", "use \"z\"");
+    const auto domain = [&](const std::string& keys, const char* instead) {
+        check("[domain]\nsymmetry = \"axial\"\ngrid_spacing = 0.1\n" + keys +
+                  "[[layer]]\nmaterial = \"Si\"\n" + kSticking,
+              instead);
+    };
+    domain("extent = [2.0, 2.0]\n", "one number");
+    domain("extent = [2.0]\nboundary = \"periodic\"\n", "give extent two");
+    check(substrate +
+              "[[step]]\nmodel = \"wet\"\nmaterial = \"Si\"\nduration = 1.0\n"
+              "r100 = 0.8\nr110 = 1.4\nr111 = 0.01\nr311 = 1.4\n",
+          "extent two numbers");
+    check(substrate + kBeam, "rotating = true");
+    CHECK(refusal(substrate + kBeam + "rotating = true\n") == "accepted");
+    CHECK(refusal(substrate +
+                  "[[layer]]\nmaterial = \"W\"\nshape = \"trench\"\nthickness = 1.0\nwidth = 0.5\n"
+                  "position = [1.0, 0.0]\n" +
+                  kSticking) == "accepted");
+}
+
+TEST_CASE("volumes of round wafers are those of the revolution") {
+    // A hole, whose film is its wall's, floor's and top's; a sphere in its middle, and a ring.
+    const auto volumes = [](const std::string& layers) {
+        const Recipe recipe =
+            parse_recipe(kRoundDomain + "[[layer]]\nmaterial = \"Si\"\n" + layers + kConformal, "round.toml",
+                         {"domain.grid_spacing=0.025"});
+        return layer_volumes(initial_state(recipe).stack);
+    };
+    const double mask =
+        volumes("[[layer]]\nmaterial = \"W\"\nshape = \"hole\"\nthickness = 1.0\nradius = 0.7\n")[1];
+    CHECK(mask == Approx(kPi * (4.0 - 0.49)).epsilon(2e-3));
+    const double ring = volumes(
+        "[[layer]]\nmaterial = \"W\"\nshape = \"fin\"\nwidth = 0.5\nheight = 0.8\nposition = [1.0, 0.0]\n")
+        [1];
+    CHECK(ring == Approx(kPi * (1.25 * 1.25 - 0.75 * 0.75) * 0.8).epsilon(2e-3));
+    const double sphere =
+        volumes("[[layer]]\nmaterial = \"W\"\nshape = \"sphere\"\nradius = 1.0\nz = 3.0\n")[1];
+    CHECK(sphere == Approx(4.0 / 3.0 * kPi).epsilon(2e-3));
+}
+
+TEST_CASE("a conformal film in a round hole is the offset of the hole") {
+    const Json end = summary(kRoundHole + kConformal)["metrology"];
+    // Walls and floor move by 0.4, the rim becomes a quarter of a torus about r = 1 (Pappus).
+    const double disk = 0.25 * kPi * 0.4 * 0.4, centroid = 4.0 * 0.4 / (3.0 * kPi);
+    const double exact = kPi * (4.0 - 1.0) * 0.4 + disk * 2.0 * kPi * (1.0 - centroid) +
+                         kPi * (1.0 - 0.36) * (2.0) + kPi * 0.36 * 0.4;
+    CHECK(end["added_volume_SiO2"].get<double>() == Approx(exact).epsilon(5e-3));
+}
+
+TEST_CASE("a round profile has the film of the hole that it stands for") {
+    const std::vector<std::string> square{"domain.extent=[4.0, 4.0]", "domain.symmetry=none",
+                                          "flux.rays=400000"};
+    const Json solid = summary(kRoundHole + kSticking + "[metrology]\nmeasures = [\"film\", \"depth\"]\n",
+                               square)["metrology"],
+               profile = summary(kRoundHole + kSticking + "[metrology]\nmeasures = [\"film\", \"depth\"]\n",
+                                 {"flux.rays=100000"})["metrology"];
+    // Neighbouring cells' edges do not matter to a hole in a flat top. A hundredth of the film, a twentieth
+    // of a cell.
+    for (const char* name : {"film_top", "film_side", "film_bottom", "depth"}) {
+        CAPTURE(name);
+        CHECK(profile[name].get<double>() ==
+              Approx(solid[name].get<double>()).margin(0.01 * solid["film_top"].get<double>() + 0.005));
+    }
+}
+
+TEST_CASE("radiosity and tracing agree on a round wafer") {
+    const auto with = [&](const char* method) {
+        return summary(kRoundHole + kSticking + "[metrology]\nmeasures = [\"film\"]\n",
+                       {"flux.rays=200000", std::string("flux.method=") + method})["metrology"];
+    };
+    const Json solved = with("radiosity"), traced = with("monte-carlo");
+    for (const char* name : {"film_top", "film_side", "mean_rate"}) {
+        CAPTURE(name);
+        CHECK(solved[name].get<double>() == Approx(traced[name].get<double>()).epsilon(0.01));
+    }
+    // Measured at the axis, whose rings are the smallest: so many paths leave 5 % there in each of seven time
+    // steps.
+    CHECK(solved["film_bottom"].get<double>() == Approx(traced["film_bottom"].get<double>()).epsilon(0.04));
+}
+
+TEST_CASE("a round run has the same bits on one thread and several") {
+    const test::Folder folder;
+    test::write_bytes(folder.path / "round.toml", kRoundHole + kSticking + "[flux]\nrays = 20000\n");
+    std::vector<std::string> surfaces;
+    for (const std::string threads : {"1", "2"}) {
+        REQUIRE(test::run_program(folder.path, "run round.toml -o out" + threads + " --threads " + threads)
+                    .exit_code == 0);
+        surfaces.push_back(test::read_bytes(folder.path / ("out" + threads) / "surface_0001.vtp"));
+    }
+    CHECK(!surfaces[0].empty());
+    CHECK(surfaces[0] == surfaces[1]);
+}
+
+TEST_CASE("a strip becomes the body that turns about the axis") {
+    TriangleMesh strip;
+    for (const auto& [r, z] :
+         {std::pair(0.0, -1.0), std::pair(1.0, -1.0), std::pair(1.0, 1.0), std::pair(0.0, 1.0)}) {
+        strip.vertices.emplace_back(r, -0.05, z);
+        strip.vertices.emplace_back(r, 0.05, z);
+    }
+    // Counterclockwise in x and z, so that normals point outwards.
+    for (std::uint32_t a = 0; a < 6; a += 2) {
+        strip.triangles.push_back({a, a + 2, a + 3});
+        strip.triangles.push_back({a, a + 3, a + 1});
+    }
+    strip.triangle_attributes.push_back({.name = "material", .values = {1, 1, 2, 2, 3, 3}});
+    const TriangleMesh body = revolved(strip, 100);
+    CHECK(std::abs(enclosed_volume(body)) == Approx(2.0 * kPi * (1.0 - 6.58 / 1e4)).epsilon(1e-5));
+    CHECK(body.triangles.size() == 100 * (1 + 2 + 1));
+    CHECK(body.triangle_attributes[0].values.size() == body.triangles.size());
+}
