@@ -462,7 +462,7 @@ TEST_CASE("the pit under a square window is an inverted pyramid, and its mask st
         if (height(t) < -0.5 * dx) REQUIRE(material[t] == material[floor]);
 }
 
-TEST_CASE("a film's volume is right to 0.3 % by one trace a time step, as by traces at every stage", "[slow]") {
+TEST_CASE("one trace a time step makes a film right to 0.3 %, as traces at every stage do", "[slow]") {
     // A trench that narrows by a cell a second; the film's volume against that of time steps ten times
     // shorter.
     const auto volume = [](const std::vector<std::string>& settings) {
