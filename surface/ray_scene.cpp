@@ -97,8 +97,9 @@ static_assert(sizeof(RayPacket) == sizeof(RTCRayHit8) && alignof(RayPacket) == a
               offsetof(RayPacket, triangle) == offsetof(RTCRayHit8, hit) + offsetof(RTCHit8, primID) &&
               RTC_INVALID_GEOMETRY_ID == kNoTriangle);
 
-void RayScene::closest_hits(const int* active, RayPacket& packet) const {
-    RTCIntersectContext context;
+namespace {
+
+void begin_query(RayPacket& packet, RTCIntersectContext& context) {
     rtcInitIntersectContext(&context);
     for (std::size_t i = 0; i < RayPacket::kRays; ++i) {
         packet.time[i] = 0.0f;
@@ -106,6 +107,20 @@ void RayScene::closest_hits(const int* active, RayPacket& packet) const {
         packet.id[i] = packet.flags[i] = 0;
         packet.geometry[i] = packet.triangle[i] = kNoTriangle;
     }
+}
+
+}  // namespace
+
+void RayScene::occluded(const int* active, RayPacket& packet) const {
+    RTCIntersectContext context;
+    begin_query(packet, context);
+    // Its first part is an RTCRay8.
+    rtcOccluded8(active, scene_.get(), &context, reinterpret_cast<RTCRay8*>(&packet));
+}
+
+void RayScene::closest_hits(const int* active, RayPacket& packet) const {
+    RTCIntersectContext context;
+    begin_query(packet, context);
     rtcIntersect8(active, scene_.get(), &context, reinterpret_cast<RTCRayHit8*>(&packet));
 }
 

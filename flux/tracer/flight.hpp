@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <limits>
+#include <span>
 
 #include "flux/lateral.hpp"
 #include "surface/ray_scene.hpp"
@@ -69,6 +70,10 @@ DomainExit domain_exit(const Geometry& geometry, const Vec3& start, const Vec3& 
 /// surface, or leaves through an open side, without a hit. One that crosses 10,000 sides before counts as hidden.
 /// \param position  off the surface, in the box or on its sides.
 bool sees_source(const surface::RayScene& scene, const LateralBox& box, Vec3 position, Vec3 path);
+
+/// As sees_source along each of at most RayPacket::kRays paths from one place; bit k is path k's.
+std::uint32_t sees_source(const surface::RayScene& scene, const LateralBox& box, const Vec3& position,
+                          std::span<const Vec3> paths);
 
 /// Outward unit normal of the triangle, double precision; the zero vector if it has no area.
 Vec3 outward_normal(const Geometry& geometry, std::uint32_t triangle);
