@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -255,20 +256,30 @@ std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const Tri
     const Lookouts from = lookouts(mesh, wedges, box, 2.0 * kOverlap * geometry.skin, coarse);
     std::vector<std::vector<double>> open(direct.beams(), std::vector<double>(wedges.count(), 0.0));
     for (std::size_t b = 0; b < direct.beams(); ++b) {
-        const std::vector<Vec3> towards = direct.towards(b);
+        std::vector<Vec3> towards = direct.towards(b);
+        if (geometry.straight) {  // beside its mirror image, a direction in the plane would stand twice
+            for (Vec3& d : towards) d.y() = 0.0;
+            towards.erase(std::unique(towards.begin(), towards.end()), towards.end());
+        }
         // The share of what an open surface would get that arrives.
         const auto share_at = [&](const Lookout& out) {
-            // Most see all of the source or nothing, which a few directions from all over it tell.
-            constexpr int kFew = 8;
-            int above = 0, seen = 0;
+            std::array<Vec3, surface::RayPacket::kRays> paths;
+            std::array<double, surface::RayPacket::kRays> weights;
             double all = 0.0, arrives = 0.0;
-            for (const Vec3& d : towards) {
-                if (above == kFew && (seen == 0 || seen == kFew)) break;
-                const double weight = d.dot(out.normal) / std::max(kLeastRise, d.z());
-                if (!(weight > 0.0)) continue;
-                const bool sees_it = sees_source(geometry, out.point, d);
-                ++above, all += weight;
-                if (sees_it) ++seen, arrives += weight;
+            for (std::size_t next = 0; next < towards.size();) {
+                std::size_t count = 0;
+                for (; next < towards.size() && count < paths.size(); ++next) {
+                    const Vec3& d = towards[next];
+                    weights[count] = d.dot(out.normal) / std::max(kLeastRise, d.z());
+                    if (weights[count] > 0.0) paths[count++] = d;
+                }
+                const std::uint32_t seen = sees_source(geometry, out.point, std::span(paths).first(count));
+                for (std::size_t k = 0; k < count; ++k) {
+                    all += weights[k];
+                    if ((seen >> k & 1u) != 0) arrives += weights[k];
+                }
+                // Most see all of the source or nothing, which a few directions from all over it tell.
+                if (arrives == 0.0 || arrives == all) break;
             }
             return all > 0.0 ? arrives / all : 0.0;
         };

@@ -22,6 +22,9 @@ inline void intersect(const int* active, RTCScene scene, RTCRayHit16& query) {
 inline void find_any(RTCScene scene, RTCRay& query) {
     rtcOccluded1(scene, &query);
 }
+inline void find_any(const int* active, RTCScene scene, RTCRay8& query) {
+    rtcOccluded8(active, scene, &query);
+}
 
 #else
 
@@ -45,6 +48,10 @@ inline void intersect(const int* active, RTCScene scene, RTCRayHit16& query) {
 inline void find_any(RTCScene scene, RTCRay& query) {
     RTCIntersectContext context = plain_context();
     rtcOccluded1(scene, &context, &query);
+}
+inline void find_any(const int* active, RTCScene scene, RTCRay8& query) {
+    RTCIntersectContext context = plain_context();
+    rtcOccluded8(active, scene, &context, &query);
 }
 
 #endif

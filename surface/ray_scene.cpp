@@ -94,13 +94,26 @@ static_assert(sizeof(RayPacket) >= sizeof(RTCRayHit8) && alignof(RayPacket) == a
               offsetof(RayPacket, triangle) == offsetof(RTCRayHit8, hit) + offsetof(RTCHit8, primID) &&
               RTC_INVALID_GEOMETRY_ID == kNoTriangle);
 
-void RayScene::closest_hits(const int* active, RayPacket& packet) const {
+namespace {
+
+void begin_query(RayPacket& packet) {
     for (std::size_t i = 0; i < RayPacket::kRays; ++i) {
         packet.time[i] = 0.0f;
         packet.mask[i] = 0xffffffffu;
         packet.id[i] = packet.flags[i] = 0;
         packet.geometry[i] = packet.triangle[i] = kNoTriangle;
     }
+}
+
+}  // namespace
+
+void RayScene::occluded(const int* active, RayPacket& packet) const {
+    begin_query(packet);
+    find_any(active, scene_.get(), reinterpret_cast<RTCRay8&>(packet));  // its first part is an RTCRay8
+}
+
+void RayScene::closest_hits(const int* active, RayPacket& packet) const {
+    begin_query(packet);
     intersect(active, scene_.get(), reinterpret_cast<RTCRayHit8&>(packet));
 }
 

@@ -155,25 +155,71 @@ DomainExit domain_exit(const Geometry& geometry, const Vec3& start, const Vec3& 
     return exit;
 }
 
+namespace {
+
+// A path that crosses so many sides before it rises above the surface is flat but for rounding (below
+// 0.006 degrees where the surface is as high as the domain is wide).
+constexpr int kMostSides = 10000;
+
+// Takes a path that has met nothing through the side ahead. False if it leads to the source.
+bool goes_on(const surface::RayScene& scene, const LateralBox& box, const SideMeeting& side, Vec3& position,
+             Vec3& path) {
+    return std::isfinite(side.distance) && position.z() + side.distance * path.z() <= scene.top() &&
+           cross_side(box, side, position, path);
+}
+
+}  // namespace
+
 bool sees_source(const surface::RayScene& scene, const LateralBox& box, Vec3 position, Vec3 path) {
-    // A path that crosses so many sides before it rises above the surface is flat but for rounding (below
-    // 0.006 degrees where the surface is as high as the domain is wide).
-    constexpr int kMostSides = 10000;
     for (int sides = 0; sides < kMostSides; ++sides) {
         const SideMeeting side = next_side(box, position, path);
         if (scene.occluded(position, path, 0.0, side.distance)) return false;
-        if (!std::isfinite(side.distance)) return true;
-        const bool above = position.z() + side.distance * path.z() > scene.top();
-        if (above || !cross_side(box, side, position, path)) return true;
+        if (!goes_on(scene, box, side, position, path)) return true;
     }
     return false;
 }
 
-bool sees_source(const Geometry& geometry, const Vec3& position, const Vec3& path) {
-    if (geometry.revolution)
-        return fly_round(geometry, position, path.normalized()).end == FlightEnd::escaped;
-    return sees_source(geometry.scene, geometry.box, position,
-                       geometry.straight ? Vec3(path.x(), 0.0, path.z()) : path);
+std::uint32_t sees_source(const Geometry& geometry, const Vec3& position, std::span<const Vec3> paths) {
+    std::uint32_t seen = 0;
+    if (geometry.revolution) {
+        for (std::size_t k = 0; k < paths.size(); ++k)
+            if (fly_round(geometry, position, paths[k].normalized()).end == FlightEnd::escaped)
+                seen |= 1u << k;
+        return seen;
+    }
+    const surface::RayScene& scene = geometry.scene;
+    const LateralBox& box = geometry.box;
+    constexpr std::size_t kRays = surface::RayPacket::kRays;
+    std::array<Vec3, kRays> at, path;
+    std::array<SideMeeting, kRays> side;
+    alignas(32) std::array<int, kRays> active{};
+    std::fill_n(active.begin(), paths.size(), -1);
+    std::fill_n(at.begin(), paths.size(), position);
+    std::ranges::copy(paths, path.begin());
+    surface::RayPacket packet;
+    for (int sides = 0; sides < kMostSides && std::ranges::count(active, -1) > 0; ++sides) {
+        for (std::size_t k = 0; k < paths.size(); ++k) {
+            if (active[k] == 0) continue;
+            side[k] = next_side(box, at[k], path[k]);
+            packet.origin_x[k] = static_cast<float>(at[k].x());
+            packet.origin_y[k] = static_cast<float>(at[k].y());
+            packet.origin_z[k] = static_cast<float>(at[k].z());
+            packet.direction_x[k] = static_cast<float>(path[k].x());
+            packet.direction_y[k] = static_cast<float>(path[k].y());
+            packet.direction_z[k] = static_cast<float>(path[k].z());
+            packet.t_min[k] = 0.0f;
+            packet.t_max[k] = static_cast<float>(side[k].distance);
+        }
+        scene.occluded(active.data(), packet);
+        for (std::size_t k = 0; k < paths.size(); ++k) {
+            if (active[k] == 0) continue;
+            const bool hidden = packet.t_max[k] < 0.0f;
+            if (!hidden && goes_on(scene, box, side[k], at[k], path[k])) continue;
+            if (!hidden) seen |= 1u << k;
+            active[k] = 0;
+        }
+    }
+    return seen;
 }
 
 Vec3 outward_normal(const Geometry& geometry, std::uint32_t triangle) {
