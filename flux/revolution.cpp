@@ -210,7 +210,9 @@ RingHit Revolution::closest_front(const Vec3& origin, const Vec3& direction, dou
             const double near = ray.nearest_square + ray.a * off * off,
                          far = ray.nearest_square + ray.a * std::max(before * before, after * after);
             from[k] = t0;
-            meets[k] = (t0 <= t1) & (near <= node.outer[k] + slack) & (far + slack >= node.inner[k]) ? 1 : 0;
+            const int slab = t0 <= t1 ? 1 : 0, inside = near <= node.outer[k] + slack ? 1 : 0,
+                      outside = far + slack >= node.inner[k] ? 1 : 0;
+            meets[k] = slab & inside & outside;
         }
         const std::size_t base = size;
         for (std::size_t k = 0; k < kChildren; ++k) {
