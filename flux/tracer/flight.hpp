@@ -71,7 +71,7 @@ DomainExit domain_exit(const Geometry& geometry, const Vec3& start, const Vec3& 
 /// \param position  off the surface, in the box or on its sides.
 bool sees_source(const surface::RayScene& scene, const LateralBox& box, Vec3 position, Vec3 path);
 
-/// As sees_source along each of at most RayPacket::kRays paths from one place; bit k is path k's.
+/// Like sees_source, along each of at most RayPacket::kRays paths from one place; bit k is path k's.
 std::uint32_t sees_source(const surface::RayScene& scene, const LateralBox& box, const Vec3& position,
                           std::span<const Vec3> paths);
 
