@@ -61,7 +61,7 @@ class RayScene {
     /// Whether anything lies on the segment t in [t_min, t_max].
     bool occluded(const Vec3& origin, const Vec3& direction, double t_min, double t_max) const;
 
-    /// As occluded for a packet's rays whose \p active is -1: sets t_max below 0 where anything lies in between.
+    /// Like occluded, for a packet's rays whose \p active is -1: sets t_max below 0 where anything lies in between.
     void occluded(const int* active, RayPacket& packet) const;
 
     /// Surface point nearest to \p query within \p radius (computed in double precision on the original

@@ -216,7 +216,9 @@ class Refiner {
     // Settings of the next grid: as many rays as the noise asked for takes.
     AccuracySettings settings_for(double spacing) {
         AccuracySettings settings{.spacing = spacing, .method = method_, .seed = recipe_.flux.seed};
-        const double wanted = static_cast<double>(recipe_.flux.rays) * spacing_ / spacing;
+        constexpr std::int64_t kRays = 100'000;  // where the recipe gives none
+        const std::int64_t rays = recipe_.flux.rays != 0 ? recipe_.flux.rays : kRays;
+        const double wanted = static_cast<double>(rays) * spacing_ / spacing;
         settings.rays = wanted;
         settings.relative_error = recipe_.flux.relative_error;
         if (!noise_) {

@@ -26,7 +26,8 @@ namespace {
 using flux::Boundary;
 
 struct FluxArguments {
-    std::string mesh, output, json, boundary, seed = "1", method = "monte-carlo";
+    std::string mesh, output, json, boundary, seed = "1";
+    std::optional<std::string> method;  // default auto, which then decides without a word
     std::optional<double> rays, relative_error;
     FluxSource source;
 };
@@ -155,7 +156,8 @@ void run_flux(const FluxArguments& arguments) {
     const double bvh = now() - start;
 
     std::optional<ProgressBar> bar(std::in_place, "flux", 100.0, "%");
-    bool choosing = arguments.method == "auto";  // the progress bar leaves that out
+    const std::string method = arguments.method.value_or("auto");
+    bool choosing = method == "auto";  // the progress bar leaves that out
     const flux::SingleFlux asked{mesh,
                                  materials.of_triangle,
                                  box,
@@ -172,11 +174,10 @@ void run_flux(const FluxArguments& arguments) {
                                   .stop = interrupted},
                                  arguments.rays.has_value()};
     install_interrupt_handler();  // until here Ctrl-C ends the program at once
-    const flux::FoundFlux found =
-        flux::find_flux(arguments.method, asked, [&](const flux::MethodChoice& choice) {
-            choosing = false;
-            print_choice(choice);
-        });
+    const flux::FoundFlux found = flux::find_flux(method, asked, [&](const flux::MethodChoice& choice) {
+        choosing = false;
+        if (arguments.method) print_choice(choice);
+    });
     bar.reset();
     if (flux::leaks_too_much(found.leaked, found.emitted))
         throw NumericsError(
@@ -220,7 +221,7 @@ void add_flux_command(CLI::App& program) {
         command, "--method", arguments->method, "{auto,monte-carlo,radiosity}",
         "monte-carlo follows particles from the source; radiosity traces rays between points of the "
         "surface and solves for their balance, which reaches deep places at low sticking in a fraction "
-        "of the time; auto takes the one that costs less (default monte-carlo)",
+        "of the time; auto takes the one that costs less (default auto)",
         {.one_of = {"auto", "monte-carlo", "radiosity"}});
     add_option(
         command, "--rays", arguments->rays, "N",

@@ -34,6 +34,9 @@ void print_report(const RunResult& result, const RunOptions& options) {
                         value.is_null()
                             ? "none"
                             : fmt::format("{:.5g} {}", value.get<double>(), s["metrology_units"][name]));
+    if (s.contains("noise"))
+        print_plain("noise leaves about {:.1g} % in what a step moves ({:.2g} % asked for)\n",
+                    100.0 * s["noise"]["reached"].get<double>(), 100.0 * s["noise"]["asked"].get<double>());
     print_plain("  {:<12} {:>9}  {:>5}\n", "phase", "seconds", "share");
     for_each_phase([&](const char* name, double Timing::*phase) {
         print_plain("  {:<12} {:>9.2f}  {:>4.0f}%\n", name, result.timing.*phase,

@@ -42,11 +42,9 @@ double seconds_at_error(const Timing& timing, double error, double target) {
 }  // namespace
 
 Json compare_methods(const Recipe& recipe, const fs::path& output, bool quiet, bool overwrite) {
-    const std::vector<Variant> variants{{"none", "none", 0},
-                                        {"lindstrom-turk", "lindstrom-turk", 0},
-                                        {"region", "region", 0},
-                                        {"region-bounded", "region-bounded", 0},
-                                        {"none", "none-other-seed", 1}};
+    const std::vector<Variant> variants{{"none", "none", 0},     {"lindstrom-turk", "lindstrom-turk", 0},
+                                        {"region", "region", 0}, {"region-bounded", "region-bounded", 0},
+                                        {"auto", "auto", 0},     {"none", "none-other-seed", 1}};
     Json comparison{{"recipe", recipe.file}, {"variants", Json::array()}};
     RunResult raw;
     for (const Variant& variant : variants) {

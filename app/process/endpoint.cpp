@@ -212,6 +212,7 @@ StepEnd end_of(const Recipe& recipe, const Step& step, const RunState& state, co
     end.stopped_by = kDuration;
     end.time = state.process_time();
     end.measures = measure(recipe, state.stack, surface);
+    end.noise = state.noise;
     if (!step.built) return end;
     end.bare = bare_share(recipe, step, state, surface);
     end.has_stop = has_stop(step);

@@ -19,6 +19,7 @@
 #include "app/process/endpoint.hpp"
 #include "app/process/estimate/memory.hpp"
 #include "app/process/events.hpp"
+#include "app/process/noise.hpp"
 #include "app/process/record/run_folder.hpp"
 #include "app/process/revision.hpp"
 #include "app/process/run_options.hpp"
@@ -107,8 +108,8 @@ std::string ended_step(const Run& run, const RunState& state) {
 bool reshape_at_once(const Run& run, const Step& step, RunState& state) {
     if (step.built) return false;
     if (state.step > 0 && !run.recipe.output.every && run.folder.due(state)) {
-        const Model still = still_model();
-        run.folder.save(state, still, extract(state.stack, 0.0, state.timing), ended_step(run, state));
+        run.folder.save(state, still_model(), extract(state.stack, 0.0, state.timing),
+                        ended_step(run, state));
         run.folder.checkpoint(state);
     }
     run.warn(strip_warning(run.recipe, step, state.step + 1, state.stack));
@@ -136,27 +137,26 @@ double time_in_step(const Run& run, const RunState& state) {
 }
 
 TraceRequest request_of(const Run& run, std::uint32_t key, bool settle, const RunState& state) {
-    const auto progress = [&run, &state](double part) {
-        run.update(state, fmt::format("tracing {:.0f} %", 100 * part));
-    };
     return {.key = key,
             .settle = settle,
-            .progress = progress,
+            .progress = [&](double part) { run.update(state, fmt::format("tracing {:.0f} %", 100 * part)); },
             .time = time_in_step(run, state),
             .stop = run.options.stop,
+            .noise = noise_of_time_step(run.recipe, run.steps, state.step),
             .methods = state.methods,
             .shares = run.options.shares,
             .warn = run.options.warn};
 }
 
 // Says how the species of a step are traced where that was chosen, once for equal steps.
-void report_methods(const Run& run, const Model& model, const Step& step, const RunState& state) {
-    if (run.recipe.flux.method != "auto" || model.species.empty()) return;
-    std::string choice = step.model;
-    for (const SpeciesMethod& method : state.methods)
-        choice += fmt::format(" {} {}", method.species, method_name(method));
+void report_methods(const Run& run, const Step& step, const TracedSurface& surface) {
+    const std::vector<SpeciesMethod>& methods = surface.arriving->trace->methods;
+    if (run.recipe.flux.method != "auto" || methods.empty()) return;
+    const std::string mesh = surface.simplified ? "a coarsened mesh" : "the surface as extracted";
+    std::string choice = step.model + mesh;
+    for (const SpeciesMethod& of : methods) choice += ' ' + of.species + ' ' + method_name(of);
     if (run.reported_methods.insert(choice).second)
-        run.progress.line(fmt::format("step {}: {}", step.name, describe(state.methods)));
+        run.progress.line(fmt::format("step {}: {}; on {}", step.name, describe(methods), mesh));
 }
 
 // Whether the fluxes of the last trace serve this time step, too.
@@ -173,14 +173,13 @@ TracedSurface surface_with_fluxes(const Run& run, const Model& model, const Step
         return surface;
     }
     state.reuse.left = 0;  // a run resumed here traces, too
-    const bool begins = state.begins_step();
-    if (begins) state.methods.clear();
-    const TraceRequest request = request_of(run, state.time_step, begins, state);
-    if (!model.species.empty()) simplify(run.recipe, state.stack, state.carried, surface, state.timing);
+    if (state.begins_step()) state.methods.clear();
+    const TraceRequest request = request_of(run, state.time_step, state.begins_step(), state);
+    simplify(run.recipe, model, state.stack, state.carried, request, surface, state.timing);
     trace(run.recipe, model, state.stack, state.carried, request, surface, state.timing);
     if (request.methods.empty() && surface.arriving) {
         state.methods = surface.arriving->trace->methods;
-        report_methods(run, model, step, state);
+        report_methods(run, step, surface);
     }
     return surface;
 }
@@ -210,8 +209,8 @@ std::vector<levelset::Motion> stage_motions(const Run& run, const Model& model, 
 void advance(const Recipe& recipe, const std::vector<levelset::Motion>& motions, const TimeStep& next,
              RunState& state) {
     const bool anew = state.chooses_columns();
-    std::vector<levelset::LevelColumns> wanted;
-    if (anew) wanted = levelset::columns_of_speed(state.stack, motions.front());
+    const auto wanted = anew ? levelset::columns_of_speed(state.stack, motions.front())
+                             : std::vector<levelset::LevelColumns>();
     advect(recipe, motions, next, state.stack, state.timing);
     if (anew) {  // also where nothing moves, as it may in the next time steps
         const PhaseClock clock(state.timing.redistance);
@@ -317,16 +316,15 @@ RunResult finish(const Run& run, RunState& state) {
 }
 
 std::string how_to_go_on(const Run& run, const RunState& state) {
-    const RunOptions& options = run.options;
-    return fmt::format("stopped at {:.6g} of {:.6g} {}; {}", state.process_time(), total_duration(run.steps),
-                       run.recipe.domain.time_unit,
-                       options.resume_command.empty() ? "what is finished is in " + options.output.string()
-                                                      : "go on with: " + options.resume_command);
+    const std::string& resume = run.options.resume_command;
+    return fmt::format(
+        "stopped at {:.6g} of {:.6g} {}; {}", state.process_time(), total_duration(run.steps),
+        run.recipe.domain.time_unit,
+        resume.empty() ? "what is finished is in " + run.options.output.string() : "go on with: " + resume);
 }
 
 // Ends the run, or says how to go on.
 RunResult make_run(const Run& run, RunState& state) {
-    const RunOptions& options = run.options;
     try {
         make_steps(run, state);
         return finish(run, state);
@@ -336,9 +334,9 @@ RunResult make_run(const Run& run, RunState& state) {
         run.folder.checkpoint(state);
         throw Interrupted(how_to_go_on(run, state));
     } catch (const IoError& error) {
-        if (options.resume_command.empty() || !std::filesystem::exists(options.output / "checkpoint.vdb"))
-            throw;
-        throw IoError("{}; then go on with: {}", error.what(), options.resume_command);
+        const std::string& resume = run.options.resume_command;
+        if (resume.empty() || !std::filesystem::exists(run.options.output / "checkpoint.vdb")) throw;
+        throw IoError("{}; then go on with: {}", error.what(), resume);
     }
 }
 

@@ -46,8 +46,9 @@ namespace sidewall::app {
 // What checkpoints hold, every bit kept.
 SIDEWALL_JSON(Measure, name, value, unit)
 SIDEWALL_JSON(Event, kind, time, step, material, count, volume, at)
+SIDEWALL_JSON(StepNoise, squares, time)
 SIDEWALL_JSON(StepEnd, duration, stopped_by, grown, time, has_stop, endpoint, over_etch, endpoint_bare, bare,
-              measures)
+              measures, noise)
 SIDEWALL_JSON(History, initial, most, added, removed, layer_materials, layer_volumes, present, hanging, voids,
               bottom_reached, top_reached, events, ends)
 SIDEWALL_JSON(InputFile, path, digest)
@@ -57,7 +58,7 @@ SIDEWALL_JSON(SpeciesMethod, species, radiosity, reason, target, rays)
 SIDEWALL_JSON(FluxReuse, left, since)
 SIDEWALL_JSON(RunEndpoint, masks, time, key, bare)
 SIDEWALL_JSON(RunState, step, epoch, step_start, starts, time, time_step, saved, rows, end_row, timeline,
-              manifest, time_steps, endpoint, reuse, methods, files, stacks, inputs, history, timing)
+              manifest, time_steps, endpoint, noise, reuse, methods, files, stacks, inputs, history, timing)
 
 namespace {
 
@@ -86,7 +87,10 @@ void check(const RunState& state, std::size_t materials) {
 void RunState::begin_step(double duration) {
     // Time steps may be 1e7 times shorter than the step, and must be longer than the rounding of the time.
     constexpr double kShort = 1e-6;
-    if (begins_step()) endpoint = {};
+    if (begins_step()) {
+        endpoint = {};
+        noise = {};
+    }
     if (!begins_step() || !(duration > 0.0) || !(duration < kShort * process_time())) return;
     epoch = process_time();
     step_start = time = 0.0;

@@ -63,6 +63,7 @@ struct RunState {
     SurfaceField carried;                 ///< what the last trace left on the surface
     FluxReuse reuse;                      ///< of its fluxes
     RunEndpoint endpoint;                 ///< of the step at hand, or the last that took time
+    StepNoise noise;                      ///< of the step at hand
     std::vector<SpeciesMethod> methods;   ///< of the step at hand's species; empty before its first trace
     std::vector<SavedFile> files;         ///< what surface.pvd lists
     std::vector<SavedStack> stacks;       ///< of the surfaces written

@@ -173,8 +173,7 @@ Its arrays are read-only views of it: nothing is copied, and they keep it alive.
 
     module.def("flux", &trace, "points"_a, "triangles"_a, py::kw_only(), "sticking"_a = 1.0,
                "material"_a = py::none(), "source_exponent"_a = 1.0, "rays"_a = py::none(),
-               "relative_error"_a = py::none(), "boundary"_a = py::none(), "seed"_a = 1,
-               "method"_a = "monte-carlo",
+               "relative_error"_a = py::none(), "boundary"_a = py::none(), "seed"_a = 1, "method"_a = "auto",
                R"(Traces particles from a plane above the mesh until each of them sticks or is gone.
 
 points and triangles have the shapes (n, 3) and (m, 3); the surface faces up, z is up. mend() turns and joins what

@@ -34,13 +34,14 @@ void note_radiosity(const Recipe& recipe, std::vector<std::string>& notes) {
         notes.push_back(fmt::format("flux.method = \"radiosity\": monte-carlo traces {} all the same",
                                     fmt::join(others, ", ")));
     const double bytes =
-        static_cast<double>(flux::exchange_bytes(static_cast<std::uint64_t>(recipe.flux.rays)));
+        static_cast<double>(flux::exchange_bytes(static_cast<std::uint64_t>(recipe.flux.most_rays())));
     if (recipe.flux.method == "radiosity" && !recipe.flux.relative_error && bytes > 1e9 * recipe.flux.memory)
-        notes.push_back(fmt::format(
-            "flux.memory = {:g} GB holds {:.2g} of the {:.2g} rays asked for: radiosity "
-            "gathers no more",
-            recipe.flux.memory, static_cast<double>(recipe.flux.rays) * 1e9 * recipe.flux.memory / bytes,
-            static_cast<double>(recipe.flux.rays)));
+        notes.push_back(
+            fmt::format("flux.memory = {:g} GB holds {:.2g} of the {:.2g} rays asked for: radiosity "
+                        "gathers no more",
+                        recipe.flux.memory,
+                        static_cast<double>(recipe.flux.most_rays()) * 1e9 * recipe.flux.memory / bytes,
+                        static_cast<double>(recipe.flux.most_rays())));
 }
 
 // The models' notes on the materials that their steps meet, and parallel beams that are not traced and

@@ -311,7 +311,9 @@ Recipe parse_recipe(std::string_view text, const std::string& file,
     const Reading reading = reading_for(recipe);
     read_section(root, "advection", recipe.advection, reading, [] {});
     read_section(root, "flux", recipe.flux, reading, [&] {
-        if (!recipe.flux.relative_error && recipe.flux.batches > recipe.flux.rays)
+        if (recipe.flux.rays != 0 && recipe.flux.rays < 100)
+            throw KeyError("rays", "must be in [100, 1e+12], or 0 for as many as accuracy asks for");
+        if (recipe.flux.rays != 0 && !recipe.flux.relative_error && recipe.flux.batches > recipe.flux.rays)
             throw KeyError(
                 "batches",
                 fmt::format("must be at most rays = {}: every batch traces one at least", recipe.flux.rays));

@@ -1,6 +1,8 @@
 #pragma once
+#include <algorithm>
 #include <any>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -104,9 +106,10 @@ struct Step {
 };
 
 struct FluxSection {
-    std::string method = "monte-carlo";     ///< monte-carlo, radiosity, or auto
-    std::int64_t rays = 1'000'000;          ///< source rays a species and time step
-    std::optional<double> relative_error;   ///< asked for instead of rays
+    std::string method = "auto";            ///< monte-carlo, radiosity, or auto
+    double accuracy = 0.01;                 ///< share of what a step moves that noise may be off by
+    std::int64_t rays = 0;                  ///< source rays a species and time step instead; 0: none given
+    std::optional<double> relative_error;   ///< of every time step's fluxes, asked for instead
     std::int64_t max_rays = 1'000'000'000;  ///< that relative_error may spend
     std::int64_t batches = 32;              ///< independent parts; errors come from their scatter
     std::int64_t seed = 1;
@@ -116,12 +119,20 @@ struct FluxSection {
         0.0;  ///< models see fluxes averaged over the surface within this distance; 0: as traced
     std::string stages = "step";  ///< when they are traced: at the start of a time step, or "all" its stages
     bool operator==(const FluxSection&) const = default;
+    bool by_accuracy() const { return rays == 0 && !relative_error; }
+    /// The most rays of a species and time step. Those for an accuracy are a million at 1 % or worse.
+    std::int64_t most_rays() const {
+        const double by_accuracy = 1e6 * std::max(1.0, std::pow(0.01 / accuracy, 2.0));
+        if (relative_error) return max_rays;
+        return rays != 0 ? rays
+                         : static_cast<std::int64_t>(std::min(static_cast<double>(max_rays), by_accuracy));
+    }
 };
 
 /// Lengths in the recipe's unit; absent is "auto", the grid spacing or a multiple of it
 /// (simplify/simplify_options.hpp).
 struct SimplifySection {
-    std::string method = "region-bounded";
+    std::string method = "auto";  ///< region-bounded where it pays (process/arriving/traced_mesh.hpp)
     std::optional<double> l0, step, l_max;
     std::optional<double> feature_parameter = 0.5;  ///< absent: from the curvature's distribution
     std::vector<double> weights;                    ///< volume, boundary, shape; empty: the method's own

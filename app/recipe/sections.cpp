@@ -137,15 +137,22 @@ std::vector<Key> keys_of(FluxSection& flux) {
          "once and solves for all neutrals that are re-emitted diffusely, others stay with monte-carlo; auto "
          "takes what is estimated to cost less, by species, at the start of every step, radiosity then to the "
          "error that `rays` paths had there",
-         one_of({"monte-carlo", "radiosity", "auto"})},
+         one_of({"auto", "monte-carlo", "radiosity"})},
+        {"accuracy",
+         &flux.accuracy,
+         "",
+         "standard error, as a share, that noise may leave in what a step moves, such as its depth or its film, where it is "
+         "worst: time steps trace as many rays as that takes",
+         {.min = 1e-4, .max = 0.2}},
         {"rays", &flux.rays, "",
-         "source rays a species and time step; radiosity gathers as many for all its species together, auto "
-         "up to four times as many for their error",
-         within(kFewestRays, 1e12)},
+         "instead of accuracy: source rays a species and time step, 100 or more; radiosity gathers as many for all its "
+         "species together, auto up to four times as many for their error; 0 = as accuracy asks",
+         within(0.0, 1e12)},
         {"relative_error", &flux.relative_error, "",
-         "instead of rays: trace until sum(area * standard error) / sum(area * flux) is this small",
+         "instead of accuracy and rays: trace until sum(area * standard error) / sum(area * flux) is this small",
          or_word("none", positive_to(0.5))},
-        {"max_rays", &flux.max_rays, "", "the most that relative_error may spend a species and time step",
+        {"max_rays", &flux.max_rays, "",
+         "the most that accuracy or relative_error may spend a species and time step",
          within(kFewestRays, 1e12)},
         {"batches", &flux.batches, "",
          "independent parts of the rays, whose scatter gives the standard errors", within(16.0, 65536.0)},
@@ -169,8 +176,10 @@ std::vector<Key> keys_of(FluxSection& flux) {
 
 std::vector<Key> keys_of(SimplifySection& simplify) {
     return {
-        {"method", &simplify.method, "", "what coarsens the surface before its flux is traced",
-         one_of({"none", "lindstrom-turk", "region", "region-bounded", "cgal-lindstrom-turk"})},
+        {"method", &simplify.method, "",
+         "what coarsens the surface before its flux is traced; auto: region-bounded where tracing then gains more than it "
+         "costs, judged by the numbers of rays and triangles",
+         one_of({"auto", "none", "lindstrom-turk", "region", "region-bounded", "cgal-lindstrom-turk"})},
         {"l0", &simplify.l0, kLength, "edges shorter than this collapse everywhere; 0 leaves features alone",
          kLengthOrAuto},
         {"step", &simplify.step, kLength, "growth of that length a ring away from features", kLengthOrAuto},

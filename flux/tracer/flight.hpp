@@ -89,8 +89,8 @@ DomainExit domain_exit(const Geometry& geometry, const Vec3& start, const Vec3& 
 /// \param position  off the surface, in the box or on its sides.
 bool sees_source(const surface::RayScene& scene, const LateralBox& box, Vec3 position, Vec3 path);
 
-/// The same along each of at most RayPacket::kRays paths from one place, for any geometry, whose paths lie in the plane if it
-/// is straight; bit k is path k's.
+/// Like sees_source, along each of at most RayPacket::kRays paths from one place, for any geometry, whose paths lie in the
+/// plane if it is straight; bit k is path k's.
 std::uint32_t sees_source(const Geometry& geometry, const Vec3& position, std::span<const Vec3> paths);
 
 /// Outward unit normal of the triangle, double precision; the zero vector if it has no area.

@@ -314,7 +314,7 @@ std::vector<FluxResult> trace_rounds(const TraceOptions& options, std::size_t tr
     double power = 1.75;  // of few rays the error falls faster than as 1/sqrt(rays)
     const auto growth = [&](double error) { return 1.05 * std::pow(error / target, power); };
     const std::uint64_t least = tracer.least_round();
-    std::uint64_t rays = std::max(least, std::min<std::uint64_t>(most, 2 * triangles + 16384));
+    std::uint64_t rays = std::max(least, std::min<std::uint64_t>(most, first_round(triangles)));
     while (true) {
         tracer.trace_round(rays);
         const std::uint64_t emitted = tracer.emitted();

@@ -113,6 +113,11 @@ FluxResult trace_flux(const TriangleMesh& mesh, const surface::RayScene& scene, 
 /// the first of each.
 std::vector<std::vector<std::size_t>> passes_of(std::span<const Species> species);
 
+/// Rays of the first round of a trace to a relative error.
+constexpr std::uint64_t first_round(std::size_t triangles) {
+    return 2 * triangles + 16384;
+}
+
 /// trace_flux for several species, those with the same_paths together, see passes_of: a path carries a weight
 /// of each, so that it costs what the one that sticks least does. Every flux is unbiased, but those of a pass
 /// are correlated. A species alone in its pass has the bits that trace_flux gives it.

@@ -174,7 +174,7 @@ ask nothing ''
     CHECK(lines_of(outcome.output) ==
           std::vector<std::string>{"complete -F _sidewall sidewall", "inspect", "region region-bounded",
                                    "<-o dirnames>", "<-o default>", "region-bounded",
-                                   "none lindstrom-turk region region-bounded cgal-lindstrom-turk",
+                                   "auto none lindstrom-turk region region-bounded cgal-lindstrom-turk",
                                    "<-o nospace> flux.averaging=", "cgal-lindstrom-turk", ""});
 }
 

@@ -204,7 +204,7 @@ TEST_CASE("compare ends with a table of raw, Lindstrom-Turk and region, and the 
                              "triangles", "distance max [dx]"})
         CHECK(outcome.output.find(word) != std::string::npos);
     const auto json = nlohmann::json::parse(read_bytes(folder.path / "out" / "compare.json"));
-    REQUIRE(json["variants"].size() == 4);
+    REQUIRE(json["variants"].size() == 5);
     CHECK(json["variants"][0]["final"]["hausdorff_max"] == 0.0);
     for (std::size_t simplified = 1; simplified < 4; ++simplified)
         CHECK(json["variants"][simplified]["mesh"]["simplified"]["triangles"] <

@@ -37,7 +37,6 @@ std::vector<flux::MethodChoice> choices_of(const Recipe& recipe, const Model& mo
         of_exchange.progress = nullptr;
         flux::Exchange exchange(surface.flown(), *surface.scene, surface.box, arriving.wedges,
                                 {model.species[k].source_exponent}, std::move(of_exchange));
-        options.relative_error = recipe.flux.relative_error;
         choices.push_back(flux::choose_method(exchange, model.species[k], arriving.materials, options));
     }
     return choices;

@@ -34,9 +34,8 @@ flux::Exchange make_exchange(const Recipe& recipe, const Model& model, const Tra
 
 // Rays that may be gathered.
 std::uint64_t most_rays(const FluxSection& flux) {
-    const auto rays = static_cast<std::uint64_t>(flux.rays);
-    if (flux.relative_error) return static_cast<std::uint64_t>(flux.max_rays);
-    return flux.method == "auto" ? flux::kMostOfAuto * rays : rays;
+    const auto rays = static_cast<std::uint64_t>(flux.most_rays());
+    return flux.method == "auto" && !flux.relative_error ? flux::kMostOfAuto * rays : rays;
 }
 
 // All species at once, so that one gather serves them.
@@ -61,9 +60,7 @@ std::vector<flux::RadiosityFlux> solve(const Recipe& recipe, std::span<const flu
         return flux::solve_fluxes_to(bounds, exchange, species, most, options);
     }
     if (exchange.rays() == 0)
-        flux::gather_for(species, exchange,
-                         std::min(static_cast<std::uint64_t>(recipe.flux.rays), exchange.rays_left()),
-                         options);
+        flux::gather_for(species, exchange, std::min(most_rays(recipe.flux), exchange.rays_left()), options);
     std::vector<flux::RadiosityFlux> fluxes;
     for (const flux::DiffuseSpecies& one : species)
         fluxes.push_back(flux::solve_flux(exchange, one, options));
@@ -104,7 +101,8 @@ void solve_species(const Recipe& recipe, const Model& model, const TracedSurface
     for (std::size_t i = 0; i < places.size(); ++i) {
         const flux::Species& one = model.species[places[i]];
         species[i].name = one.name;
-        targets.push_back(recipe.flux.relative_error.value_or(trace.methods[places[i]].target));
+        targets.push_back(
+            request.noise.value_or(recipe.flux.relative_error.value_or(trace.methods[places[i]].target)));
         first = std::max(first, trace.methods[places[i]].rays);
         species[i].source_exponent = one.source_exponent;
         if (sticking.empty()) own[i] = flux::sticking_by_wedge(arriving.wedges, arriving.materials, one);

@@ -58,7 +58,7 @@ void check_trace(const Recipe& recipe, const flux::Species& species, const flux:
             "species {}: {} of {} particles leaked through the surface; use a smaller grid_spacing or a "
             "milder simplification",
             species.name, result.leaked, result.emitted));
-    if (!request.warn) return;
+    if (!request.warn || request.noise) return;  // what is left is told at the end
     if (const std::string text = noise_warning(recipe, result, method, request.key); !text.empty())
         request.warn(text);
 }
@@ -98,8 +98,8 @@ void trace_pass(const Recipe& recipe, const Model& model, const TracedSurface& s
     // What desorbs has a pass of its own.
     if (species.front().desorbs && !emission.empty())
         options.emission_by_wedge = emission.subspan(pass.front() * wedges, wedges);
-    options.relative_error = recipe.flux.relative_error;
     options.reflected = pass.size() == 1 && has_direct(recipe, model, pass.front());
+    options.adjoint = options.adjoint && !options.reflected;  // it is for first arrivals, which are known
     std::vector<flux::FluxResult> results = flux::trace_fluxes(
         surface.flown(), *surface.scene, surface.box, species, arriving.materials, arriving.wedges, options);
     for (std::size_t i = 0; i < pass.size(); ++i) arriving.trace->species[pass[i]] = std::move(results[i]);
@@ -272,8 +272,8 @@ void trace_species(const Recipe& recipe, const Model& model, const TracedSurface
 
 flux::TraceOptions trace_options(const Recipe& recipe, const TraceRequest& request) {
     flux::TraceOptions options;
-    options.rays =
-        static_cast<std::uint64_t>(recipe.flux.relative_error ? recipe.flux.max_rays : recipe.flux.rays);
+    options.rays = static_cast<std::uint64_t>(recipe.flux.most_rays());
+    options.relative_error = request.noise ? request.noise : recipe.flux.relative_error;
     options.batches = static_cast<std::uint32_t>(recipe.flux.batches);
     options.seed = static_cast<std::uint64_t>(recipe.flux.seed);
     options.time_step = request.key;

@@ -178,7 +178,7 @@ SurfaceField surface_field_from_json(const Json& json) {
 }
 
 bool bounds_by_flux(const SimplifySection& section) {
-    return section.flux_change > 0.0 && section.method == "region-bounded";
+    return section.flux_change > 0.0 && (section.method == "auto" || section.method == "region-bounded");
 }
 
 std::vector<double> flux_gradient(const TriangleMesh& mesh, const SurfaceFlux& arriving) {

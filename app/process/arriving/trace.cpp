@@ -201,7 +201,7 @@ void trace(const Recipe& recipe, const Model& model, const levelset::MaterialSta
 TracedSurface trace_surface(const Recipe& recipe, const Model& model, const levelset::MaterialStack& stack,
                             const SurfaceField& carried, const TraceRequest& request, Timing& timing) {
     TracedSurface surface = extract(stack, request.time, timing);
-    if (!model.species.empty()) simplify(recipe, stack, carried, surface, timing);
+    simplify(recipe, model, stack, carried, request, surface, timing);
     trace(recipe, model, stack, carried, request, surface, timing);
     return surface;
 }

@@ -2,6 +2,7 @@
 #include <vector>
 
 #include "app/common/timing.hpp"
+#include "app/models/model.hpp"
 #include "app/process/arriving/surface_field.hpp"
 #include "app/process/arriving/traced_surface.hpp"
 #include "app/recipe/recipe.hpp"
@@ -15,13 +16,21 @@ namespace sidewall::app {
 /// \throws NumericsError if nothing is left of it.
 TracedSurface extract(const levelset::MaterialStack& stack, double time, Timing& timing);
 
-/// Sets the mesh that is traced in place of the surface as extracted, coarsened as [simplify] says; without
-/// effect if the recipe asks for no simplification. Vertices on periodic sides stay, so that a particle that
+/// Whether [simplify] coarsens a surface of so many triangles before the model's species are traced. auto does so
+/// where rays are so many for its triangles that the fewer ones which a coarsened mesh needs to an equal error spare more
+/// time than it takes to make it; not in profiles with species that radiosity takes.
+/// \param request  its noise and methods.
+bool coarsens(const Recipe& recipe, const Model& model, std::size_t triangles, const TraceRequest& request);
+
+/// Sets the mesh that is traced in place of the surface as extracted, if [simplify] coarsens it and the model traces
+/// anything. Vertices on periodic sides stay, so that a particle that
 /// leaves through one finds the same surface on the opposite one, and so do those on sharp edges.
 /// \param stack    that \p surface was extracted from.
+/// \param request  its noise and methods.
 /// \param carried  how steeply the fluxes of the time step before vary, see kFluxGradient.
-void simplify(const Recipe& recipe, const levelset::MaterialStack& stack, const SurfaceField& carried,
-              TracedSurface& surface, Timing& timing);
+void simplify(const Recipe& recipe, const Model& model, const levelset::MaterialStack& stack,
+              const SurfaceField& carried, const TraceRequest& request, TracedSurface& surface,
+              Timing& timing);
 
 /// Longest edges, by vertex of \p mesh, along which no flux of the time step before changes by more than \p change
 /// of itself; not below \p spacing, infinite where nothing is known. In the mesh's unit.

@@ -88,6 +88,8 @@ struct TraceRequest {
     std::function<void(double)> progress = {};  ///< called with the finished fraction; may be empty
     double time = 0.0;                          ///< since the step began
     std::function<bool()> stop = interrupted;   ///< asked often, by any thread; true ends the trace
+    /// Relative error of the rays alone at which a trace ends, as [flux] accuracy asks; none: as rays or relative_error say.
+    std::optional<double> noise = {};
     /// By species, as chosen earlier in the step; empty: choose now.
     std::vector<SpeciesMethod> methods = {};
     flux::Shares shares = {};                         ///< other processes that trace the same surface

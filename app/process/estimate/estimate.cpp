@@ -17,6 +17,7 @@
 #include "app/process/estimate/blanket.hpp"
 #include "app/process/estimate/memory.hpp"
 #include "app/process/estimate/pilot.hpp"
+#include "app/process/noise.hpp"
 #include "app/process/record/saved_meshes.hpp"
 #include "app/process/time_step.hpp"
 #include "app/process/wafer.hpp"
@@ -161,7 +162,9 @@ void measure_openings(Estimation& e) {
 void count_step(Estimation& e, const Step& step, double times) {
     const Model& model = *step.built;
     if (model.deposit) levelset::begin_film(e.state.stack, *model.deposit);
-    const Pilot pilot = trace_pilot({e.recipe, e.measured, e.state.stack, e.cells, e.effort}, model);
+    const Pilot pilot = trace_pilot(
+        {e.recipe, e.measured, e.state.stack, e.cells, e.effort, noise_of_time_step(e.recipe, step, times)},
+        model);
     e.total.flux_error = std::max(e.total.flux_error, pilot.error);
     e.exchange_bytes = std::max(e.exchange_bytes, std::min(pilot.exchange_bytes, 1e9 * e.recipe.flux.memory));
     if (e.recipe.flux.method != "monte-carlo" && !pilot.methods.empty()) {

@@ -11,6 +11,8 @@
 #include "app/process/arriving/flux_methods.hpp"
 #include "app/process/arriving/radiosity_fluxes.hpp"
 #include "app/process/arriving/trace.hpp"
+#include "app/process/arriving/traced_mesh.hpp"
+#include "levelset/meshes/extract.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -57,9 +59,9 @@ void note_error(const PilotRequest& e, const std::string& species, bool solved, 
         "{}: the rays allowed ({}) reach a relative error of about {:.2g}, not the {:.2g} {}", species,
         solved ? fmt::format("flux.memory = {:g}, {} = {:g}", flux.memory,
                              flux.relative_error ? "flux.max_rays" : "flux.rays",
-                             static_cast<double>(flux.relative_error ? flux.max_rays : flux.rays))
+                             static_cast<double>(flux.most_rays()))
                : fmt::format("flux.max_rays = {:g}", static_cast<double>(flux.max_rays)),
-        error, asked, flux.relative_error ? "asked for" : "of its paths"));
+        error, asked, flux.rays == 0 || flux.relative_error ? "asked for" : "of its paths"));
 }
 
 // Extrapolates a trace with radiosity from one of few rays: the number of rays, and with it the time of
@@ -118,17 +120,25 @@ Pilot trace_pilot(const PilotRequest& e, const Model& model) {
     TracedSurface& surface = pilot.surface;
     Timing first, second;
     Recipe probe = e.measured;
-    const std::optional<double> target = probe.flux.relative_error;
-    const auto most = static_cast<double>(target ? probe.flux.max_rays : probe.flux.rays);
+    const std::optional<double> target = e.noise ? e.noise : probe.flux.relative_error;
+    const auto most = static_cast<double>(probe.flux.most_rays());
+    probe.flux.max_rays = probe.flux.most_rays();
     const double few = std::min(most, 1e4);
     probe.flux.relative_error.reset();
     probe.flux.rays = static_cast<std::int64_t>(few);
     if (probe.flux.method == "auto") probe.flux.method = "monte-carlo";
+    if (probe.simplify.method == "auto") {
+        const auto triangles = static_cast<double>(levelset::extract_surface(e.stack).triangles.size());
+        const bool coarse =
+            coarsens(e.recipe, model, static_cast<std::size_t>(e.cells * triangles), {.noise = e.noise});
+        probe.simplify.method = coarse ? "region-bounded" : "none";
+    }
     surface = traced_if_enough(e, model, probe, {}, {.settle = true}, most, first);
     pilot.reducing = seconds_of_reducing(first);
     if (model.species.empty()) return pilot;
     const std::vector<double> sticking = sticking_left(model, surface, *surface.arriving);
-    pilot.methods = choose_methods(e.measured, model, surface, *surface.arriving, sticking, {});
+    pilot.methods =
+        choose_methods(e.measured, model, surface, *surface.arriving, sticking, {.noise = e.noise});
     pilot.at_start = surface.arriving->trace->traces;
     pilot.later = model.coverages.pulse > 0.0 ? pilot.at_start : 1;
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,8 +15,9 @@ struct PilotRequest {
     const Recipe& recipe;    ///< whose traces are to be estimated
     const Recipe& measured;  ///< the same on the grid of \p stack, which may be coarser
     const levelset::MaterialStack& stack;
-    double cells = 1.0;   ///< of the recipe's grid for one of the stack's
-    double effort = 0.0;  ///< seconds to spend tracing
+    double cells = 1.0;                ///< of the recipe's grid for one of the stack's
+    double effort = 0.0;               ///< seconds to spend tracing
+    std::optional<double> noise = {};  ///< as TraceRequest's
 };
 
 /// The fluxes of a step's first time step, and what its traces will take, estimated from few rays.

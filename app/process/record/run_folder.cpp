@@ -8,6 +8,7 @@
 #include "app/common/json.hpp"
 #include "app/common/processes.hpp"
 #include "app/common/text.hpp"
+#include "app/process/noise.hpp"
 #include "app/process/record/saved_meshes.hpp"
 #include "app/process/record/summary.hpp"
 #include "app/recipe/effective_recipe.hpp"
@@ -335,6 +336,8 @@ void RunFolder::record(RunState& state, const Step& step, const TracedSurface& s
                        const TimeStep& next) {
     const PhaseClock clock(state.timing.output);
     count_end_row(state);
+    if (surface.arriving && surface.arriving->trace)
+        add_noise(*surface.arriving->trace, next.dt, state.noise);
     if (writes_) {
         const std::vector<Measure> measures = measure(recipe_, state.stack, surface.raw);
         append_row(state, with_measures(timeline_row(state, step, surface, next), measures), measures);

@@ -32,6 +32,12 @@ inline constexpr const char* kTopReached = "top-reached";        ///< of the roo
 
 inline constexpr const char* kDuration = "duration";  ///< what ends a step that no stop condition ends
 
+/// Noise of the time steps of a step that were traced (process/noise.hpp).
+struct StepNoise {
+    double squares = 0.0;  ///< sum of (relative error times time)^2
+    double time = 0.0;     ///< sum of times
+};
+
 /// How a step of the recipe ended.
 struct StepEnd {
     double duration = 0.0;           ///< that it took, over-etch and all
@@ -44,6 +50,7 @@ struct StepEnd {
     std::optional<double> endpoint_bare, bare;  ///< shares of the floor (process/endpoint.hpp) that were bare
                                                 ///< at the endpoint and at the end, if it stops at a material
     std::vector<Measure> measures;              ///< of the wafer then
+    StepNoise noise;
 };
 
 /// Events and volumes that summary.json reports of a run, and what it needs to know for that. Part of

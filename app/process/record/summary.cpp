@@ -11,6 +11,7 @@
 #include "app/common/text.hpp"
 #include "app/common/version.hpp"
 #include "app/process/arriving/flux_methods.hpp"
+#include "app/process/noise.hpp"
 #include "app/recipe/recipe_domain.hpp"
 #include "app/results/cut_profile.hpp"
 #include "levelset/layers/levels.hpp"
@@ -180,10 +181,16 @@ Json summary_of(const Recipe& recipe, const RunState& state, const std::vector<S
                  {"time_steps", state.time_step},
                  {"steps", steps_json(steps, state)},
                  {"timing", seconds_json(state.timing)},
-                 {"mesh", {{"raw", mesh_sizes(surface.raw)}, {"simplified", mesh_sizes(surface.traced())}}},
+                 {"mesh",
+                  {{"raw", mesh_sizes(surface.raw)},
+                   {"simplified", mesh_sizes(surface.traced())},
+                   {"coarsened", surface.simplified.has_value()}}},
                  {"flux", flux_json(surface)},
                  {"metrology", Json::object()},
                  {"metrology_units", Json::object()}};
+    if (const auto reached = noise_reached(steps, state.history.ends); reached && recipe.flux.by_accuracy())
+        summary["noise"] = {{"asked", recipe.flux.accuracy},
+                            {"reached", number_or_null(*reached, kErrorDigits)}};
     add_events(recipe, steps, state.history, summary);
     std::vector<Measure> measures = measure(recipe, state.stack, surface.raw);
     add_volumes(recipe, state, summary, measures);

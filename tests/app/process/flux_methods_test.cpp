@@ -105,15 +105,19 @@ TEST_CASE("auto decides for a step's species at the first turn, alike every time
     REQUIRE(mixed.size() == 3);
     CHECK_FALSE(mixed[0].radiosity);
     CHECK(describe(mixed).starts_with("ion by monte-carlo (its particles have energy); etchant by "));
-    // Ions start bottom-up where their rays are enough, and with auto alone.
-    const auto uses_adjoint = [](const std::string& method, int rays) {
-        const TracedSurface surface = traced(
-            quick("sf6o2_hole", {"flux.method=" + method, "flux.rays=" + std::to_string(rays)}), false);
+    // Ions start bottom-up where their rays are enough, with auto alone, and only where averaging leaves them
+    // no direct flux of their own, which would be known without any path.
+    const auto uses_adjoint = [](const std::string& method, int rays, const std::string& averaging = "0.06") {
+        const TracedSurface surface =
+            traced(quick("sf6o2_hole", {"flux.method=" + method, "flux.rays=" + std::to_string(rays),
+                                        "flux.averaging=" + averaging}),
+                   false);
         CHECK(surface.traced().triangles.size() < 5000);
         CHECK(surface.traced().triangles.size() > 250);
         return surface.arriving->trace->species[0].adjoint;
     };
     CHECK(uses_adjoint("auto", 60'000));
+    CHECK_FALSE(uses_adjoint("auto", 60'000, "0"));
     CHECK_FALSE(uses_adjoint("auto", 3000));
     CHECK_FALSE(uses_adjoint("monte-carlo", 60'000));
     // A choice made earlier in the step holds.
@@ -136,7 +140,8 @@ TEST_CASE("auto gathers rays to the error that it compared the methods at, not t
     REQUIRE(trace.methods[0].radiosity);
     CHECK(trace.methods[0].target > 0.0);
     CHECK(trace.species[0].relative_error <= trace.methods[0].target);
-    const TraceReport paths = *traced(quick("ald_hole", {"flux.rays=20000"}), false).arriving->trace;
+    const TraceReport paths =
+        *traced(quick("ald_hole", {"flux.method=monte-carlo", "flux.rays=20000"}), false).arriving->trace;
     CHECK(trace.methods[0].target == Approx(paths.species[0].relative_error).epsilon(0.3));
     CHECK(trace.species[0].segments < paths.species[0].segments / 2);
 }
@@ -162,7 +167,7 @@ TEST_CASE("the memory that radiosity may take is that of its rays, bounded by fl
     const auto bytes = [](std::vector<std::string> settings) {
         return radiosity_memory(quick("ald_hole", std::move(settings)).flux);
     };
-    CHECK(bytes({}) == 0.0);
+    CHECK(bytes({"flux.method=monte-carlo"}) == 0.0);
     CHECK(bytes({"flux.method=radiosity", "flux.rays=1000"}) ==
           static_cast<double>(flux::exchange_bytes(1000)));
     CHECK(bytes({"flux.method=auto", "flux.rays=1e12", "flux.memory=0.5"}) == 0.5e9);

@@ -147,9 +147,11 @@ TEST_CASE("what a recipe leaves out has the documented default", "[foreign]") {
     const Recipe recipe = with({});
     CHECK(recipe.domain.boundary[0] == levelset::Side::reflective);
     CHECK(recipe.domain.length_unit == "um");
-    CHECK(recipe.flux.rays == 1'000'000);
+    CHECK(recipe.flux.rays == 0);
+    CHECK(recipe.flux.accuracy == 0.01);
+    CHECK(recipe.flux.method == "auto");
     CHECK(recipe.flux.seed == 1);
-    CHECK(recipe.simplify.method == "region-bounded");
+    CHECK(recipe.simplify.method == "auto");
     CHECK_FALSE(recipe.simplify.l0.has_value());
     CHECK(recipe.simplify.feature_parameter == 0.5);
     CHECK(recipe.advection.scheme == levelset::Scheme::weno3);

@@ -1,0 +1,79 @@
+#include "app/process/noise.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "app/process/estimate/blanket.hpp"
+#include "app/process/time_step.hpp"
+#include "app/recipe/recipe_domain.hpp"
+#include "app/recipe/step_materials.hpp"
+
+namespace sidewall::app {
+namespace {
+
+// The standard error of what moves at the worst place over the mean relative error of fluxes at vertices: it
+// is more where little arrives, and less as fluxes are smoothed and a front averages over its neighbourhood.
+// Between seeds, depths and films of six quick recipes scattered by up to this, widths at a depth by up to
+// three times as much.
+constexpr double kAtWorstPlace = 1.3;
+// Models are not linear: noise above this would shift what they yield.
+constexpr double kLargest = 0.08;
+
+// Length that an open wafer moves in the step at most.
+double way_of(const Recipe& recipe, const Step& step) {
+    double fastest = 0.0;
+    for (const StepMaterials& here : materials_by_step(recipe))
+        if (here.step->built == step.built)
+            for (const BlanketRate& at : blanket_rates(here))
+                if (at.unknown.empty()) fastest = std::max(fastest, std::abs(at.rate));
+    double way = fastest * step.duration;
+    if (step.stop_depth) way = std::min(way, *step.stop_depth);
+    if (step.stop_thickness) way = std::min(way, *step.stop_thickness);
+    return way;
+}
+
+}  // namespace
+
+std::optional<double> noise_of_time_step(const Recipe& recipe, const Step& step, double times) {
+    if (!recipe.flux.by_accuracy() || !step.built || step.built->species.empty()) return {};
+    const double count = std::max(
+        static_cast<double>(step.built->least_time_steps),
+        equal_time_steps(1.0, way_of(recipe, step), domain_of(recipe).spacing, recipe.advection.cfl));
+    return std::min(kLargest, recipe.flux.accuracy * std::sqrt(count * times) / kAtWorstPlace);
+}
+
+std::optional<double> noise_of_time_step(const Recipe& recipe, const std::vector<Step>& steps,
+                                         std::size_t k) {
+    k = std::min(k, steps.size() - 1);
+    while (k > 0 && !steps[k].built) --k;
+    const auto times = std::ranges::count(steps, steps[k].built, &Step::built);
+    return noise_of_time_step(recipe, steps[k], static_cast<double>(times));
+}
+
+void add_noise(const TraceReport& trace, double dt, StepNoise& noise) {
+    double worst = 0.0;
+    for (const flux::FluxResult& flux : trace.species) {
+        const double elements = flux.discretisation_error, all = flux.relative_error;
+        if (std::isfinite(all))
+            worst = std::max(worst, std::sqrt(std::max(0.0, all * all - elements * elements)));
+    }
+    noise.squares += std::pow(worst * dt, 2.0);
+    noise.time += dt;
+}
+
+std::optional<double> noise_reached(const std::vector<Step>& steps, const std::vector<StepEnd>& ends) {
+    std::map<const Model*, StepNoise> by_step;
+    for (std::size_t k = 0; k < std::min(steps.size(), ends.size()); ++k) {
+        StepNoise& sum = by_step[steps[k].built.get()];
+        sum.squares += ends[k].noise.squares;
+        sum.time += ends[k].noise.time;
+    }
+    std::optional<double> worst;
+    for (const auto& [model, sum] : by_step)
+        if (sum.time > 0.0)
+            worst = std::max(worst.value_or(0.0), kAtWorstPlace * std::sqrt(sum.squares) / sum.time);
+    return worst;
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,31 @@
+#pragma once
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/process/arriving/traced_surface.hpp"
+#include "app/process/record/run_history.hpp"
+#include "app/recipe/recipe.hpp"
+
+// Statistical noise of fluxes, and what it leaves in what a step moves. The errors of time steps are
+// independent, so that their mean over N equal ones is off by a root of N less than each.
+namespace sidewall::app {
+
+/// The relative error that fluxes may have in each time step of \p step for [flux] accuracy; none where rays or an
+/// error are given. The number of time steps is that of an open, flat wafer.
+/// \param times  how often the step is made.
+std::optional<double> noise_of_time_step(const Recipe& recipe, const Step& step, double times);
+
+/// Likewise of a step of a run, loops unrolled: those of one loop share what is moved. \p k may be past the last step, which
+/// then counts.
+std::optional<double> noise_of_time_step(const Recipe& recipe, const std::vector<Step>& steps, std::size_t k);
+
+/// Adds the noise of a time step of \p dt to that of its step.
+void add_noise(const TraceReport& trace, double dt, StepNoise& noise);
+
+/// The standard error that noise leaves in what \p steps have moved, as a share, where it is largest of those that loops
+/// repeat or not; none if nothing was traced.
+std::optional<double> noise_reached(const std::vector<Step>& steps, const std::vector<StepEnd>& ends);
+
+}  // namespace sidewall::app
