@@ -38,6 +38,13 @@ void join_rings(const TriangleMesh& sector, Wedges& wedges) {
             wedges.corner[c] -= wedges.first[v] - wedges.first[v - 1];
 }
 
+void share_rings(FluxField& by_vertex) {
+    for (std::size_t v = 0; v + 1 < by_vertex.flux.size(); v += 2) {
+        by_vertex.flux[v + 1] = by_vertex.flux[v];
+        by_vertex.error[v + 1] = by_vertex.error[v];
+    }
+}
+
 void share_segments(const TriangleMesh& sector, FluxField& by_triangle) {
     for (std::size_t t = 0; t + 1 < sector.triangles.size(); t += 2) {
         const double one = triangle_area(sector, t), other = triangle_area(sector, t + 1), sum = one + other;

@@ -31,6 +31,9 @@ TriangleMesh sector_of(const TriangleMesh& strip, double radius, double width);
 /// \param wedges  from make_wedges of the sector.
 void join_rings(const TriangleMesh& sector, Wedges& wedges);
 
+/// Gives both ends of each ring the flux of the ring: join_rings counts it at the first alone.
+void share_rings(FluxField& by_vertex);
+
 /// Gives both triangles of each segment the flux of the whole segment: flights hit the first alone.
 void share_segments(const TriangleMesh& sector, FluxField& by_triangle);
 

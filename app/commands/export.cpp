@@ -227,7 +227,11 @@ Json export_profile(const ExportArguments& arguments, const Result& result) {
 
 // A round wafer's surfaces become bodies, unless its profile is asked for.
 void make_round(const ExportArguments& arguments, Kind kind, Result& result) {
-    if (!is_axial(load_frame(fs::path(arguments.input) / "recipe.toml").domain)) return;
+    const fs::path recipe = fs::path(arguments.input) / "recipe.toml";
+    if (!fs::exists(recipe) || !is_axial(load_frame(recipe).domain)) return;
+    if (kind == Kind::profile && surface::parse_plane(arguments.cut).normal.y() == 0.0)
+        throw RecipeError("--cut {}: a round wafer has one profile, in r and z: use --cut y=0",
+                          arguments.cut);
     if (kind == Kind::tetrahedra && !arguments.triangles)
         throw RecipeError(
             "-o {}: tetrahedra of round wafers are not made: use --triangles for its profile in r and z, or name a "

@@ -59,7 +59,13 @@ const char* name_of(Boundary boundary) {
 }
 
 TriangleMesh read_repaired(const std::string& path) {
-    TriangleMesh mesh = surface::read_mesh(path);
+    surface::MeshMetadata metadata;
+    TriangleMesh mesh = surface::read_mesh(path, &metadata);
+    if (std::ranges::count(metadata.texts, std::pair<std::string, std::string>("symmetry", "axial")) > 0)
+        throw RecipeError(
+            "{}: this is the profile of a round wafer, not a surface: `sidewall export DIR -o MESH.stl` "
+            "makes its surface all around",
+            path);
     flux::require_traceable(mesh);
     const std::string words = surface::words_on(surface::repair(mesh));
     if (!words.empty()) print_warning(fmt::format("sidewall flux: {}: {}", path, words));

@@ -124,8 +124,8 @@ void check_place(const Layer& layer, const Walls& walls, const levelset::Domain&
                   "would change; use a smaller one or a larger domain.extent",
                   walls.noun(), size);
     if (reach[0].misses || reach[1].misses)
-        raise_key("position", "the {} lies outside the domain, {} and centred on 0; move it inside",
-                  walls.noun(), size);
+        raise_key("position", "the {} lies outside the domain, {}; move it inside", walls.noun(),
+                  domain.axial ? fmt::format("r from 0 to {:g}", domain.max[0]) : size + " and centred on 0");
 }
 
 // Walls that lean must neither meet nor reach their neighbours before their end.

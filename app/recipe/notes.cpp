@@ -142,8 +142,11 @@ std::vector<std::string> notes_on(const Recipe& recipe) {
 }
 
 std::string round_note(const Recipe& recipe) {
-    if (is_flat(recipe.domain) || !recipe.start.from.empty()) return {};
     DomainSection domain = recipe.domain;
+    const auto [shorter, longer] = std::minmax(domain.extent[0], domain.extent[1]);
+    constexpr double kSquare = 1.2;  // a cell that is longer has no round one in its place
+    if (is_flat(domain) || !recipe.start.from.empty() || longer > kSquare * shorter) return {};
+    const double widest = 0.5 * shorter;
     domain.extent = {std::sqrt(domain.extent[0] * domain.extent[1] / std::numbers::pi), 0.0};
     domain.symmetry = Symmetry::axial;
     bool any = false;
@@ -152,7 +155,7 @@ std::string round_note(const Recipe& recipe) {
                            (layer.shape == "cylinder" && layer.axis == "z");
         any = any || round;
         return layer.position == std::array<double, 2>{} &&
-               (round || layer.shape == "plane" || layer.shape == "stack");
+               ((round && layer.radius < widest) || layer.shape == "plane" || layer.shape == "stack");
     };
     if (!std::ranges::all_of(recipe.layers, is_round)) return {};
     for (const Step& step : expanded_steps(recipe)) {

@@ -180,7 +180,10 @@ class Tracer {
     }
     TallyFlux flux_of(const Tally& tally, double scale) const {
         TallyFlux flux{tally.triangle_flux(scale), tally.wedge_flux(scale), tally.vertex_flux(scale)};
-        if (trace_.geometry.revolution) share_segments(trace_.geometry.mesh, flux.triangle);
+        if (trace_.geometry.revolution) {
+            share_segments(trace_.geometry.mesh, flux.triangle);
+            share_rings(flux.vertex);
+        }
         return flux;
     }
 

@@ -23,8 +23,10 @@ double weight(const Domain& domain, const openvdb::Coord& node) {
         const int n = node[static_cast<int>(a)];
         if (domain.side[a] == Side::reflective && (n == 0 || n == domain.cells[a])) weight *= 0.5;
     }
-    // At the axis the middle of the half cell counts.
-    if (domain.axial) weight *= 2.0 * std::numbers::pi * std::max<double>(node.x(), 0.25);
+    // The middle of the cell counts, at the axis and at the rim of the half cell.
+    if (domain.axial)
+        weight *= 2.0 * std::numbers::pi *
+                  std::clamp<double>(node.x(), 0.25, static_cast<double>(domain.cells[0]) - 0.25);
     return weight;
 }
 

@@ -209,8 +209,8 @@ TEST_CASE("Ctrl-C ends a trace within a second, with code 130, and nothing is wr
     const Workshop shop;
     shop.write("deep.vtp", extrude(trench_profile(20.0, 0.1, {0.5}, {0.5}), 1.0, 4));
     // In the foreground: else timeout signals twice, itself and by the group, and a second Ctrl-C kills.
-    const std::string program =
-        "timeout --foreground --preserve-status --signal=INT 1 '" SIDEWALL_PROGRAM "' flux deep.vtp ";
+    const std::string program = "timeout --foreground --preserve-status --signal=INT 1 '" SIDEWALL_PROGRAM
+                                "' flux deep.vtp --method monte-carlo ";
     const auto [options, what] = GENERATE(
         table<std::string, std::string>({{"--rays 1e12", "many rays"},
                                          {"--rays 1e12 --sticking 0.00001", "long histories"},

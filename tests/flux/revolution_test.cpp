@@ -8,7 +8,7 @@
 #include "flux/radiosity/radiosity.hpp"
 #include "flux/tracer/tracer.hpp"
 #include "tests/flux/cylinders.hpp"
-#include "tests/flux/revolved.hpp"
+#include "tests/flux/revolved_mesh.hpp"
 #include "tests/flux/truth.hpp"
 
 using namespace sidewall;

@@ -74,7 +74,7 @@ TEST_CASE("three hidden parameters of a deposition are found within 2 % in at mo
     // Half the spacing, and all points of the profile: what re-triangulation does to four figures of the
     // coarse recipe, 0.08 %, is 3 % of the exponent.
     const std::string less_noise =
-        " --set flux.rays=100000 --set simplify.method=none --set domain.grid_spacing=0.125";
+        " --set flux.method=monte-carlo --set flux.rays=100000 --set simplify.method=none --set domain.grid_spacing=0.125";
     c.run(
         "run recipe.toml -o truth --quiet --set step[0].sticking=0.17 --set step[0].rate=1.1 --set "
         "step[0].source_exponent=1.6" +
@@ -156,14 +156,16 @@ TEST_CASE("two geometries tell together the rate that they share and what each h
     c.run("report fit -o fit.html");
 }
 
-TEST_CASE("the quick trench has a step coverage of 0.55 at a sticking of 0.161", "[slow]") {
+// By Euler's method 0.161 and 0.1502 at cfl 0.5 and 0.05, with the film's error of first order: 0.148 in the
+// limit.
+TEST_CASE("the quick trench has a step coverage of 0.55 at a sticking of 0.148", "[slow]") {
     const FitFolder c;
     c.run(
         "fit " + config("quick/trench_deposition.toml") +
-        " -o fit --quiet --set step[0].duration=1 --vary step[0].sticking=0.02:1:log --target step_coverage_bottom=0.55");
+        " -o fit --quiet --set advection.cfl=0.1 --set step[0].duration=1 --vary step[0].sticking=0.02:1:log --target step_coverage_bottom=0.55");
     const json fit = c.read("fit/fit.json");
     INFO(fit.dump(1));
-    CHECK(value(fit, "step[0].sticking") == Approx(0.161).epsilon(0.02));
+    CHECK(value(fit, "step[0].sticking") == Approx(0.148).epsilon(0.02));
     CHECK(fit["residuals"]["step_coverage_bottom"]["asked"] == 0.55);
     CHECK(fit["residuals"]["step_coverage_bottom"]["got"].get<double>() == Approx(0.55).epsilon(0.005));
 }
@@ -172,11 +174,11 @@ TEST_CASE("without slopes, by quadratic models, the quick trench has the same st
     const FitFolder c;
     c.run(
         "fit " + config("quick/trench_deposition.toml") +
-        " -o fit --quiet --method bobyqa --set step[0].duration=1 --vary step[0].sticking=0.02:1:log --target step_coverage_bottom=0.55");
+        " -o fit --quiet --method bobyqa --set advection.cfl=0.1 --set step[0].duration=1 --vary step[0].sticking=0.02:1:log --target step_coverage_bottom=0.55");
     const json fit = c.read("fit/fit.json");
     INFO(fit.dump(1));
     CHECK(fit["status"] == "converged");
-    CHECK(value(fit, "step[0].sticking") == Approx(0.161).epsilon(0.02));
+    CHECK(value(fit, "step[0].sticking") == Approx(0.148).epsilon(0.02));
     CHECK(fit["parameters"]["step[0].sticking"]["interval95"][0] <
           fit["parameters"]["step[0].sticking"]["value"]);
 }

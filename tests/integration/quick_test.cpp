@@ -91,12 +91,8 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
     // The lowest point ends it; the floor is even to a hundredth of a cell.
     {"gds_masked_etch",
      {{"depth", 0.5 - 0.01 * 0.125, 0.51}, {"sidewall_angle", 80.0, 90.0}, {"cd_at_0.1", 0.4, 0.6}}},
-    // The mouth closes over a void; of the liner 5 at the top.
-    {"contact_round",
-     {{"voids", 1.0, 1.0},
-      {"film_top", 99.0, 101.0},
-      {"added_volume_TiN", 1.5e5, 3e5},
-      {"void_width", 20.0, 60.0}}},
+    // The mouth closes; of the liner 5 at the top.
+    {"contact_round", {{"film_top", 99.0, 101.0}, {"added_volume_TiN", 1.5e5, 3e5}}},
     {"hole_deposition", {{"depth", 5.7, 6.0}, {"added_volume_SiO2", 11.0, 13.0}}},
     // The beam's own direction is 55 degrees from the horizontal; the floor leans less.
     {"ion_beam_trench",

@@ -33,7 +33,7 @@ def test_a_recipe_reads_the_same_from_a_file_a_text_and_a_dict():
     of_file, of_text = sidewall.Recipe(path), sidewall.Recipe(path.read_text())
     assert str(of_file) == str(of_text) == str(sidewall.Recipe(str(path)))
     assert str(sidewall.Recipe(of_file._values)) == str(of_file)
-    assert of_file["step[0].model"] == "isotropic" and of_file["flux.rays"] > 0
+    assert of_file["step[0].model"] == "isotropic" and of_file["flux.accuracy"] == 0.01
 
 
 def test_items_are_checked_as_the_command_line_does():

@@ -191,7 +191,7 @@ void average(const Recipe& recipe, const TracedSurface& surface,
     std::vector<flux::Unaveraged> fluxes;
     for (std::size_t k = 0; k < tallies.size(); ++k)
         fluxes.push_back({arriving.flux[k], tallies[k]->triangle.error});
-    std::vector<flux::FluxField> averages = flux::averaged(surface.traced(), surface.box, arriving.wedges,
+    std::vector<flux::FluxField> averages = flux::averaged(surface.flown(), surface.box, arriving.wedges,
                                                            arriving.materials, fluxes, recipe.flux.averaging);
     for (std::size_t k = 0; k < tallies.size(); ++k) {
         arriving.flux[k] = std::move(averages[k].flux);

@@ -172,7 +172,7 @@ void prepare_sight(const Model& model, double spacing, TracedSurface& surface, T
 void trace(const Recipe& recipe, const Model& model, const levelset::MaterialStack& stack,
            const SurfaceField& carried, const TraceRequest& request, TracedSurface& surface, Timing& timing) {
     if (model.species.empty()) return prepare_sight(model, stack.domain.spacing, surface, timing);
-    for (;;) {
+    for (bool sharp = true;;) {
         require_same(request.shares, surface.traced());
         surface.scene = build_scene(surface.traced(), timing);
         const PhaseClock clock(timing.trace);
@@ -187,13 +187,20 @@ void trace(const Recipe& recipe, const Model& model, const levelset::MaterialSta
             surface.arriving = std::move(tracing.arriving);
             return;
         } catch (const LeakError& leak) {
-            // A fold that simplification left among thousands of time steps must not end the run.
-            if (!surface.simplified) throw;
+            // A fold that simplification or a sharp edge left among thousands of time steps must not end the
+            // run.
+            if (!surface.simplified && !sharp) throw;
             if (request.warn)
-                request.warn(fmt::format("time step {}: {}: tracing the surface as extracted instead",
-                                         request.key, leak.what()));
-            surface.simplified.reset();
-            surface.scene.reset();
+                request.warn(fmt::format("time step {}: {}: tracing the surface {} instead", request.key,
+                                         leak.what(),
+                                         surface.simplified ? "as extracted" : "without its edges"));
+            if (surface.simplified) {
+                surface.simplified.reset();
+                surface.scene.reset();
+            } else {
+                sharp = false;
+                surface = extract(stack, request.time, timing, surface::SharpEdges::none);
+            }
         }
     }
 }

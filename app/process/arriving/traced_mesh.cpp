@@ -115,12 +115,13 @@ std::vector<std::uint8_t> features_of(const Recipe& recipe, const levelset::Mate
 
 }  // namespace
 
-TracedSurface extract(const levelset::MaterialStack& stack, double time, Timing& timing) {
+TracedSurface extract(const levelset::MaterialStack& stack, double time, Timing& timing,
+                      surface::SharpEdges edges) {
     const PhaseClock clock(timing.extract);
     TracedSurface surface;
     surface.time = time;
     surface.box = lateral_box(stack.domain);
-    surface.raw = levelset::extract_surface(stack);
+    surface.raw = levelset::extract_surface(stack, edges);
     if (stack.domain.axial) surface.raw = extruded_side(surface.raw, stack.domain);
     if (surface.raw.triangles.empty())
         throw NumericsError(

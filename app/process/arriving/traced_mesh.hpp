@@ -14,7 +14,8 @@ namespace sidewall::app {
 /// Extracts the stack's surface, with its pieces and the sides of the domain. Nothing is traced yet.
 /// \param time   since the step began.
 /// \throws NumericsError if nothing is left of it.
-TracedSurface extract(const levelset::MaterialStack& stack, double time, Timing& timing);
+TracedSurface extract(const levelset::MaterialStack& stack, double time, Timing& timing,
+                      surface::SharpEdges edges = surface::SharpEdges::all);
 
 /// Whether [simplify] coarsens a surface of so many triangles before the model's species are traced. auto does so
 /// where rays are so many for its triangles that the fewer ones which a coarsened mesh needs to an equal error spare more

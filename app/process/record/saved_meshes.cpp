@@ -6,6 +6,7 @@
 #include "app/process/arriving/line_of_sight.hpp"
 #include "app/process/arriving/rates.hpp"
 #include "app/process/wafer.hpp"
+#include "app/recipe/recipe_domain.hpp"
 #include "levelset/meshes/extract.hpp"
 
 namespace sidewall::app {
@@ -30,6 +31,7 @@ surface::MeshMetadata metadata_of(const Recipe& recipe, double time) {
     surface::MeshMetadata metadata{
         {{"length_unit", recipe.domain.length_unit}, {"time_unit", recipe.domain.time_unit}},
         {{"time", time}}};
+    if (is_axial(recipe.domain)) metadata.texts.emplace_back("symmetry", "axial");
     surface::add_list(metadata, "materials", names);
     surface::add_list(metadata, "material_colours", colours);
     return metadata;

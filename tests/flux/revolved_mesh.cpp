@@ -1,4 +1,4 @@
-#include "tests/flux/revolved.hpp"
+#include "tests/flux/revolved_mesh.hpp"
 
 #include <cmath>
 
