@@ -9,6 +9,7 @@
 #include "app/recipe/effective_recipe.hpp"
 #include "app/results/metrology.hpp"
 #include "surface/error.hpp"
+#include "surface/files/mesh_io.hpp"
 #include "tests/integration/run_program.hpp"
 
 // Profiles of round wafers in r and z: symmetry = "axial".
@@ -169,6 +170,65 @@ TEST_CASE("a round run has the same bits on one thread and several") {
     CHECK(surfaces[0] == surfaces[1]);
 }
 
+TEST_CASE("rings that reach over the axis are refused") {
+    for (const std::string position : {"0.2", "-0.3", "-1.0"})
+        CHECK(refusal(
+                  kRoundDomain +
+                  "[[layer]]\nmaterial = \"Si\"\nshape = \"trench\"\nwidth = 1.0\ndepth = 1.0\nposition = [" +
+                  position + ", 0.0]\n" + kSticking)
+                  .find("the ring reaches over the axis") != std::string::npos);
+}
+
+TEST_CASE("both ends of a ring have its flux in files, and no command takes its strip for a surface") {
+    const test::Folder folder;
+    test::write_bytes(folder.path / "round.toml", kRoundHole + kSticking + "[flux]\nrays = 20000\n");
+    REQUIRE(test::run_program(folder.path, "run round.toml -o out --quiet").exit_code == 0);
+    const TriangleMesh traced = surface::read_mesh(folder.path / "out/traced_0001.vtp");
+    const std::vector<double>& flux = traced.vertex_attribute("flux_neutral")->values;
+    for (std::size_t v = 0; v + 1 < flux.size(); v += 2) {
+        CAPTURE(v, flux[v]);
+        CHECK(flux[v] > 0.0);
+        CHECK(flux[v + 1] == flux[v]);
+    }
+    const auto again = test::run_program(folder.path, "flux out/surface_0001.vtp -o flux.csv");
+    CHECK(again.exit_code == 2);
+    CHECK(again.output.find("round wafer") != std::string::npos);
+    CHECK(test::run_program(folder.path, "export out -o cut.csv --cut x=0.5").exit_code == 2);
+    CHECK(test::run_program(folder.path, "export out -o cut.csv --cut y=0").exit_code == 0);
+}
+
+TEST_CASE("fluxes averaged over a round floor are those of the wafer in space", "[slow]") {
+    // Over the whole floor of a hole, rings count by their area.
+    const auto mean_of_floor = [](const std::string& domain, const std::string& averaging) {
+        const test::Folder folder;
+        test::write_bytes(
+            folder.path / "hole.toml",
+            domain + "[[layer]]\nmaterial = \"Si\"\nshape = \"hole\"\nradius = 0.5\ndepth = 1.0\n" +
+                "[[step]]\nmodel = \"single_particle\"\nduration = 0.001\nrate = 1.0\nsticking = 1.0\n" +
+                "deposit = \"SiO2\"\n[simplify]\nmethod = \"none\"\n[flux]\nmethod = \"monte-carlo\"\n" +
+                "rays = 1000000\n" + averaging);
+        REQUIRE(test::run_program(folder.path, "run hole.toml -o out --quiet").exit_code == 0);
+        const TriangleMesh mesh = surface::read_mesh(folder.path / "out/surface_0001.vtp");
+        const std::vector<double>& flux = mesh.triangle_attribute("flux_neutral")->values;
+        double sum = 0.0, area = 0.0;
+        const bool round = domain.find("axial") != std::string::npos;
+        for (std::size_t t = 0; t < flux.size(); ++t) {
+            const Vec3 at = triangle_centroid(mesh, t);
+            const double r = round ? at.x() : std::hypot(at.x(), at.y());
+            if (at.z() > -0.9 || r > 0.45) continue;
+            const double weight = triangle_area(mesh, t) * (round ? r : 1.0);
+            sum += weight * flux[t], area += weight;
+        }
+        return sum / area;
+    };
+    const std::string space = "[domain]\nextent = [2.0, 2.0]\ngrid_spacing = 0.05\n",
+                      round = "[domain]\nextent = [1.0]\nsymmetry = \"axial\"\ngrid_spacing = 0.05\n";
+    for (const std::string averaging : {"", "averaging = 0.2\n"}) {
+        CAPTURE(averaging);
+        CHECK(mean_of_floor(round, averaging) == Approx(mean_of_floor(space, averaging)).epsilon(0.015));
+    }
+}
+
 TEST_CASE("a strip becomes the body that turns about the axis") {
     TriangleMesh strip;
     for (const auto& [r, z] :
@@ -183,7 +243,7 @@ TEST_CASE("a strip becomes the body that turns about the axis") {
     }
     strip.triangle_attributes.push_back({.name = "material", .values = {1, 1, 2, 2, 3, 3}});
     const TriangleMesh body = revolved(strip, 100);
-    CHECK(std::abs(enclosed_volume(body)) == Approx(2.0 * kPi * (1.0 - 6.58 / 1e4)).epsilon(1e-5));
+    CHECK(enclosed_volume(body) == Approx(2.0 * kPi * (1.0 - 6.58 / 1e4)).epsilon(1e-5));
     CHECK(body.triangles.size() == 100 * (1 + 2 + 1));
     CHECK(body.triangle_attributes[0].values.size() == body.triangles.size());
 }
