@@ -43,12 +43,21 @@ std::optional<double> noise_of_time_step(const Recipe& recipe, const Step& step,
     return std::min(kLargest, recipe.flux.accuracy * std::sqrt(count * times) / kAtWorstPlace);
 }
 
-std::optional<double> noise_of_time_step(const Recipe& recipe, const std::vector<Step>& steps,
-                                         std::size_t k) {
-    k = std::min(k, steps.size() - 1);
-    while (k > 0 && !steps[k].built) --k;
-    const auto times = std::ranges::count(steps, steps[k].built, &Step::built);
-    return noise_of_time_step(recipe, steps[k], static_cast<double>(times));
+std::vector<std::optional<double>> noise_of_time_steps(const Recipe& recipe, const std::vector<Step>& steps) {
+    std::map<const Model*, double> times;
+    for (const Step& step : steps) times[step.built.get()] += 1.0;
+    std::map<const Model*, std::optional<double>> known;
+    std::vector<std::optional<double>> noise;
+    for (const Step& step : steps) {
+        const Model* model = step.built.get();
+        if (model == nullptr)
+            noise.push_back(noise.empty() ? std::nullopt : noise.back());
+        else if (const auto found = known.find(model); found != known.end())
+            noise.push_back(found->second);
+        else
+            noise.push_back(known[model] = noise_of_time_step(recipe, step, times[model]));
+    }
+    return noise;
 }
 
 void add_noise(const TraceReport& trace, double dt, StepNoise& noise) {

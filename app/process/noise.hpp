@@ -17,9 +17,9 @@ namespace sidewall::app {
 /// \param times  how often the step is made.
 std::optional<double> noise_of_time_step(const Recipe& recipe, const Step& step, double times);
 
-/// Likewise of a step of a run, loops unrolled: those of one loop share what is moved. \p k may be past the last step, which
-/// then counts.
-std::optional<double> noise_of_time_step(const Recipe& recipe, const std::vector<Step>& steps, std::size_t k);
+/// Likewise by step of a run, loops unrolled: those of one loop share what is moved, and a step that takes no time has that
+/// of the last one before it which does. \note Blanket rates are found once for all passes of a loop.
+std::vector<std::optional<double>> noise_of_time_steps(const Recipe& recipe, const std::vector<Step>& steps);
 
 /// Adds the noise of a time step of \p dt to that of its step.
 void add_noise(const TraceReport& trace, double dt, StepNoise& noise);

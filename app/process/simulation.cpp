@@ -53,6 +53,7 @@ struct Run {
     tbb::tick_count start;      // of this part of the run,
     double seconds_before = 0;  // and what the parts before it took
     std::set<std::string>& reported_methods;
+    const std::vector<std::optional<double>>& noise;  // of time steps, by step
 
     void update(const RunState& state, std::string_view note) const {
         progress.update(time_done(steps, state), note);
@@ -142,7 +143,7 @@ TraceRequest request_of(const Run& run, std::uint32_t key, bool settle, const Ru
             .progress = [&](double part) { run.update(state, fmt::format("tracing {:.0f} %", 100 * part)); },
             .time = time_in_step(run, state),
             .stop = run.options.stop,
-            .noise = noise_of_time_step(run.recipe, run.steps, state.step),
+            .noise = run.noise[std::min(state.step, run.noise.size() - 1)],
             .methods = state.methods,
             .shares = run.options.shares,
             .warn = run.options.warn};
@@ -371,8 +372,9 @@ RunResult run_recipe(const Recipe& began_with, const RunOptions& options) {
         ProgressBar progress(options.title, total_duration(steps), recipe.domain.time_unit, !options.quiet,
                              {.from = time_done(steps, state), .tenths = true});
         std::set<std::string> reported;
-        const Run run{recipe,  steps, options, folder, progress, tbb::tick_count::now(), state.timing.total,
-                      reported};
+        std::vector<std::optional<double>> noise = noise_of_time_steps(recipe, steps);
+        const Run run{recipe,   steps, options, folder, progress, tbb::tick_count::now(), state.timing.total,
+                      reported, noise};
         for (;;) {
             try {
                 return make_run(run, state);
@@ -383,6 +385,7 @@ RunResult run_recipe(const Recipe& began_with, const RunOptions& options) {
                     state.endpoint = {};
                 state.reuse = {};  // what was traced is of the recipe before
                 state.methods.clear();
+                noise = noise_of_time_steps(recipe, steps);
                 folder.revise(state);
             }
         }

@@ -228,20 +228,32 @@ SurfaceFlux carried_fluxes(const Model& model, const SurfaceField& field, const 
     return parts;
 }
 
+namespace {
+
+// Fluxes of an earlier surface and of this one by wedge, both sampled a little inside of the wedges.
+struct FluxesOfTwo {
+    std::vector<std::vector<double>> before, now;
+};
+
+FluxesOfTwo before_and_now(const Model& model, const SurfaceField& before, const TracedSurface& surface) {
+    const auto sampled = [&](const SurfaceField& from) {
+        return carry(from, carried_names(model), surface.traced(), surface.arriving->wedges);
+    };
+    return {sampled(before), sampled(flux_field(model, surface))};
+}
+
+}  // namespace
+
 TracedSurface with_later_fluxes(const Model& model, const SurfaceField& before, const TracedSurface& surface,
                                 double share) {
     constexpr double kMostChange = 1.0 / 3.0;
-    const std::vector<std::string> names = carried_names(model);
     TracedSurface later = surface;
     SurfaceFlux& arriving = *later.arriving;
-    // Both are sampled a little inside of the wedges.
-    const auto then = carry(before, names, surface.traced(), arriving.wedges),
-               now = carry(flux_field(model, surface), names, surface.traced(), arriving.wedges);
+    const FluxesOfTwo fluxes = before_and_now(model, before, surface);
     const auto go_on = [&](std::vector<double>& flux, std::size_t tally) {
         for (std::size_t w = 0; w < flux.size(); ++w) {
-            const double change = now[tally][w] - then[tally][w];
-            if (std::abs(change) < kMostChange * now[tally][w])
-                flux[w] = std::max(0.0, flux[w] + share * change);
+            const double now = fluxes.now[tally][w], change = now - fluxes.before[tally][w];
+            if (std::abs(change) < kMostChange * now) flux[w] = std::max(0.0, flux[w] + share * change);
         }
     };
     for (std::size_t tally = 0; tally < arriving.flux.size(); ++tally) go_on(arriving.flux[tally], tally);
@@ -265,11 +277,7 @@ SurfaceField field_to_carry(const Recipe& recipe, const Model& model, const Trac
 
 double flux_change(const Model& model, const SurfaceField& field, const TracedSurface& surface) {
     const SurfaceFlux& arriving = *surface.arriving;
-    // Both are sampled a little inside of the wedges.
-    const auto sampled = [&](const SurfaceField& from) {
-        return carry(from, carried_names(model), surface.traced(), arriving.wedges);
-    };
-    const auto before = sampled(field), now = sampled(flux_field(model, surface));
+    const auto [before, now] = before_and_now(model, field, surface);
     double most = 0.0;
     for (std::size_t tally = 0; tally < arriving.flux.size(); ++tally) {
         double difference = 0.0, noise = 0.0, sum = 0.0;

@@ -78,6 +78,7 @@ struct TracedSurface {
     std::optional<SurfaceFlux> arriving;  ///< on traced(); absent if the model traces no species
 
     const TriangleMesh& traced() const { return simplified ? *simplified : raw; }
+    /// What particles fly past: the sector in place of a round wafer's profile.
     const TriangleMesh& flown() const { return sector ? *sector : traced(); }
 };
 
