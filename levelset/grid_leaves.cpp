@@ -22,8 +22,13 @@ bool before(const Leaf* a, const Leaf* b) {
 }  // namespace
 
 surface::LateralGrid lateral_grid(const Domain& domain, std::span<const surface::CellColumn> columns) {
-    return {domain.min,     domain.max, domain.cells,
-            domain.spacing, columns,    {domain.side[0] == Side::periodic, domain.side[1] == Side::periodic}};
+    return {domain.min,
+            domain.max,
+            domain.cells,
+            domain.spacing,
+            columns,
+            {domain.side[0] == Side::periodic, domain.side[1] == Side::periodic},
+            kOnFront * domain.spacing};
 }
 
 GridLeaves::GridLeaves(const Grid& grid, const Domain& domain, const NodeValues& other)

@@ -113,13 +113,24 @@ double NodeReader::operator()(Coord node) {
     return static_cast<double>(v) / box_.spacing;
 }
 
+bool NodeReader::inside(const Coord& node) {
+    constexpr double kBeside[3] = {1.0, 0.8, 0.6};
+    const double own = (*this)(node);
+    if (!(std::abs(own) < on_node())) return own < 0.0;
+    double beside = 0.0;
+    for (int axis = 0; axis < 3; ++axis)
+        if (const double next = (*this)(step(node, axis, 1)); !std::isnan(next))
+            beside += kBeside[axis] * (next - own);
+    return beside < -10.0 * on_node();
+}
+
 CrossingPlane crossing_plane(NodeReader& value, const Coord& low, int axis) {
     const Coord high = step(low, axis, 1);
     const double a = value(low), b = value(high);
     const double before = a - value(step(low, axis, -1)), behind = value(step(high, axis, 1)) - b,
                  between = b - a;
-    const double chord = a / (a - b);  // the zero between the ends by a line
-    const bool upwards = a < 0.0;      // the low node lies inside
+    const double chord = surface::chord(a, b, value.on_node());  // the zero between the ends by a line
+    const bool upwards = value.inside(low);
     const double kink = behind - before;
     const auto zero = [&](double from, double at, double slope) {
         return slope * between > 0.0 ? std::clamp(at - from / slope, 0.0, 1.0) : -1.0;

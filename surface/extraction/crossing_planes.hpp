@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <limits>
 
 #include "surface/extraction/cut_leaves.hpp"
@@ -12,6 +13,11 @@ class NodeReader {
     NodeReader(const CutLeaves& leaves, const LateralGrid& box) : leaves_(leaves), box_(box) {}
     /// The value in grid spacings, NaN where it is not known.
     double operator()(openvdb::Coord node);
+    /// LateralGrid::on_node in grid spacings.
+    double on_node() const { return box_.on_node / box_.spacing; }
+    /// Whether a node lies inside. One on the surface (LateralGrid::on_node) lies where the point beside it does, whatever
+    /// rounding made of its value; the point's direction is along no plane through three neighbours.
+    bool inside(const openvdb::Coord& node);
     /// The own node that a node repeats.
     openvdb::Coord source(openvdb::Coord node) const;
 
@@ -21,6 +27,12 @@ class NodeReader {
     openvdb::Coord origin_{std::numeric_limits<int>::max()};
     const FloatLeaf* leaf_ = nullptr;
 };
+
+/// Where a line crosses 0 between the ends of an edge with values \p a and \p b, from 0 to 1: in the middle if both lie on the
+/// surface, as all of the edge does then.
+inline double chord(double a, double b, double on_node) {
+    return std::abs(a) < on_node && std::abs(b) < on_node ? 0.5 : a / (a - b);
+}
 
 /// A plane of the surface at an edge of the grid.
 struct CrossingPlane {

@@ -1,9 +1,11 @@
 #include "surface/extraction/cut_leaves.hpp"
 
 #include <atomic>
+#include <cmath>
 #include <span>
 
 #include "surface/error.hpp"
+#include "surface/extraction/crossing_planes.hpp"
 #include "surface/parallel.hpp"
 
 namespace sidewall::surface {
@@ -48,19 +50,22 @@ std::uint32_t LeafEdges::count() {
     return n;
 }
 
-LeafSigns::LeafSigns(const FloatLeaf& leaf) {
-    unsigned in = 0, out = 0;
+LeafSigns::LeafSigns(const FloatLeaf& leaf, float on_node) {
+    unsigned in = 0, out = 0, on = 0;
     const float* v = leaf.buffer().data();
     for (std::size_t row = 0; row < 64; ++row, v += 8) {
         unsigned negative = 0;
-        for (unsigned z = 0; z < 8; ++z) negative |= static_cast<unsigned>(v[z] < 0.0f) << z;
+        for (unsigned z = 0; z < 8; ++z) {
+            negative |= static_cast<unsigned>(v[z] < 0.0f) << z;
+            on |= static_cast<unsigned>(std::abs(v[z]) < on_node);
+        }
         const unsigned all = leaf.getValueMask().getWord<openvdb::Byte>(static_cast<openvdb::Index>(row));
         known[row] = static_cast<std::uint8_t>(all);
         inside[row] = static_cast<std::uint8_t>(all & negative);
         in |= all & negative;
         out |= all & ~negative;
     }
-    any_inside = in != 0, any_outside = out != 0;
+    any_inside = in != 0, any_outside = out != 0, any_on_surface = on != 0;
 }
 
 void Signs::load(const Parts<LeafSigns>& part, const openvdb::Coord& origin, const LateralGrid& box) {
@@ -112,7 +117,10 @@ CutLeaves::CutLeaves(const std::vector<const FloatLeaf*>& leaves, const LateralG
       signs_(std::make_unique_for_overwrite<LeafSigns[]>(size())),
       vertices_(static_cast<std::uint32_t>(mesh.vertices.size())),
       triangles_(static_cast<std::uint32_t>(mesh.triangles.size())) {
-    parallel_each(size(), 128, [&](std::size_t n) { signs_[n] = LeafSigns(leaf(n)); });
+    parallel_each(size(), 128, [&](std::size_t n) {
+        signs_[n] = LeafSigns(leaf(n), static_cast<float>(box.on_node));
+        if (signs_[n].any_on_surface) set_sides_on_surface(n);
+    });
     std::atomic<bool> complete{true};
     parallel_each(size(), 4, [&](std::size_t n) {
         bool in = false, out = false;
@@ -135,6 +143,21 @@ CutLeaves::CutLeaves(const std::vector<const FloatLeaf*>& leaves, const LateralG
         own.first_triangle = triangles_;
         vertices_ += own.vertices;
         triangles_ += own.triangles;
+    }
+}
+
+// The sides of the nodes of a leaf that lie on the surface.
+void CutLeaves::set_sides_on_surface(std::size_t n) {
+    const FloatLeaf& own = leaf(n);
+    LeafSigns& signs = signs_[n];
+    NodeReader value(*this, box_);
+    for (auto it = own.cbeginValueOn(); it; ++it) {
+        if (std::abs(static_cast<double>(*it)) >= box_.on_node) continue;
+        const auto bit = static_cast<std::uint8_t>(1u << (it.pos() & 7u));
+        std::uint8_t& row = signs.inside[it.pos() >> 3];
+        const bool inside = value.inside(it.getCoord());
+        row = static_cast<std::uint8_t>(inside ? row | bit : row & ~bit);
+        (inside ? signs.any_inside : signs.any_outside) = true;
     }
 }
 

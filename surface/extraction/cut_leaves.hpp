@@ -35,10 +35,11 @@ struct LeafEdges {
 /// The nodes of a leaf that are known, as those of the band are, and that lie inside: bit z of byte 8 x + y.
 struct LeafSigns {
     std::array<std::uint8_t, 64> known, inside;
-    bool any_inside, any_outside;
+    bool any_inside, any_outside, any_on_surface;
 
     LeafSigns() = default;
-    explicit LeafSigns(const FloatLeaf& leaf);
+    /// \param on_node  of LateralGrid.
+    LeafSigns(const FloatLeaf& leaf, float on_node);
 };
 
 /// Parts of a leaf and of those on its high sides: at +x for bit 0 of the index, +y for bit 1, +z for bit 2.
@@ -158,6 +159,7 @@ class CutLeaves {
     Parts<LeafSigns> sign_parts(std::size_t n) const {
         return parts(n, [&](std::size_t k) -> const LeafSigns* { return &signs_[k]; });
     }
+    void set_sides_on_surface(std::size_t n);
     bool mark_crossings(const Signs& signs, std::size_t n);
 
     LateralGrid box_;

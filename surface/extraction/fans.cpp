@@ -73,9 +73,9 @@ bool is_uncut(NodeReader& value, const LateralGrid& box, const Coord& cell) {
     if (cell.x() < 0 || cell.y() < 0 || cell.x() >= box.cells[0] || cell.y() >= box.cells[1]) return false;
     int inside = 0, outside = 0;
     for (int c = 0; c < 8; ++c) {
-        const double v = value(cell + Coord(c & 1, c >> 1 & 1, c >> 2));
-        inside += v < 0.0;
-        outside += v >= 0.0;
+        const Coord corner = cell + Coord(c & 1, c >> 1 & 1, c >> 2);
+        if (std::isnan(value(corner))) return false;
+        ++(value.inside(corner) ? inside : outside);
     }
     return inside == 8 || outside == 8;
 }

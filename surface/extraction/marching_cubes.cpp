@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "surface/extraction/crossing_planes.hpp"
 #include "surface/extraction/cut_leaves.hpp"
 #include "surface/extraction/sharp_edges.hpp"
 #include "surface/parallel.hpp"
@@ -27,7 +28,7 @@ void place_vertices(const LeafEdges& own, const Parts<FloatLeaf>& part, const La
                 const int next = last ? node - (7 << shift) : node + (1 << shift);
                 const auto a = static_cast<double>(values[0][node]);
                 const auto b = static_cast<double>(values[last ? std::size_t{1} << axis : 0][next]);
-                const double t = std::clamp(a / (a - b), kNodeClearance, 1.0 - kNodeClearance);
+                const double t = std::clamp(chord(a, b, box.on_node), kNodeClearance, 1.0 - kNodeClearance);
                 Vec3& p = vertices[vertex++];
                 for (int k = 0; k < 3; ++k)
                     p[k] = node_coordinate(box, k, origin[k] + (node >> (6 - 3 * k) & 7));

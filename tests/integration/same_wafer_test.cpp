@@ -103,3 +103,46 @@ TEST_CASE("a recipe in m or nm gives the figures of the same one in um", "[slow]
         }
     }
 }
+
+TEST_CASE("walls, floors and films on nodes give the same figures in m and nm as in um") {
+    const test::Folder folder;
+    // Lengths are marked, to be written in each unit.
+    const auto [wafer, steps] = GENERATE(table<std::string, std::string>({
+        {"shape = \"trench\"\nwidth = <0.7>\ndepth = <0.4>\n",
+         "model = \"directional\"\nduration = 1.0\ndirectional = { Si = <-0.4> }\n"
+         "[[step]]\nmodel = \"isotropic\"\nduration = 1.0\nrate = <0.1>\ndeposit = \"SiO2\"\n"},
+        {"shape = \"trench\"\nwidth = <1.1>\ndepth = <1.1>\n",
+         "model = \"isotropic\"\nduration = 1.0\nrate = { Si = <-0.5> }\n"},
+        {"[[layer]]\nmaterial = \"Resist\"\nshape = \"trench\"\nthickness = <0.3>\nwidth = <0.9>\ndepth = <0.3>\n",
+         "model = \"isotropic\"\nduration = 2.0\nrate = { Si = <-0.1>, Resist = 0.0 }\n"},
+        {"[[layer]]\nmaterial = \"Resist\"\nshape = \"trench\"\nthickness = <0.3>\nwidth = <0.5>\ndepth = <0.3>\n",
+         "model = \"directional\"\nduration = 1.0\ndirectional = { Si = <-0.1>, Resist = 0.0 }\n"
+         "[[step]]\nmodel = \"isotropic\"\nduration = 1.0\nrate = <0.2>\ndeposit = \"SiO2\"\n"},
+    }));
+    const std::string recipe =
+        "[domain]\nextent = [<2.0>]\ngrid_spacing = <0.1>\n[[layer]]\nmaterial = \"Si\"\n" + wafer +
+        "[[step]]\n" + steps + "[metrology]\nmeasures = [\"depth\", \"film\"]\n";
+    const auto figures_in = [&](double um, const std::string& unit) {
+        std::string text = recipe;
+        text.insert(text.find("[[layer]]"), "length_unit = \"" + unit + "\"\n");
+        for (std::size_t at; (at = text.find('<')) != std::string::npos;) {
+            const std::size_t end = text.find('>', at);
+            char length[32];
+            std::snprintf(length, sizeof length, "%.12g", std::stod(text.substr(at + 1, end - at - 1)) * um);
+            text.replace(at, end + 1 - at, length);
+        }
+        return figures(folder, text);
+    };
+    const json expected = figures_in(1.0, "um");
+    for (const auto& [um, unit] : {std::pair(1e-6, "m"), {1e3, "nm"}}) {
+        const json found = figures_in(um, unit);
+        for (const auto& [name, value] : expected.items()) {
+            if (value.is_null() || name.find("coverage") != std::string::npos)
+                continue;  // quotients of others
+            CAPTURE(recipe, unit, name, value, found[name]);
+            const bool volume = name.find("volume") != std::string::npos;  // of a profile: an area
+            CHECK(std::abs(found[name].get<double>() / (volume ? um * um : um) - value.get<double>()) <=
+                  (volume ? 4.0 : 1.0) * 1e-4);  // 1e-3 dx, everywhere on 4 um
+        }
+    }
+}

@@ -88,8 +88,9 @@ TEST_CASE("no tooth of a mask hangs down where an undercut ends, wherever its un
                 CAPTURE(oblique, bottom, etched);
                 check_meshes(meshes);
                 // Where the underside lies on nodes, the corner between it and the front is cut by up to half
-                // a cell.
-                CHECK(reach(stack, meshes, 1, bottom, bottom + 5.0) < (bottom == 0.0 ? 0.51 : 0.31));
+                // a cell, and by what an oblique front moves aside within a cell.
+                const double aside = oblique ? 6.9 / 60.0 : 0.0;
+                CHECK(reach(stack, meshes, 1, bottom, bottom + 5.0) < (bottom == 0.0 ? 0.51 + aside : 0.31));
                 CHECK(reach(stack, meshes, 0, -kThrough, bottom) < 0.31);
             }
 }
