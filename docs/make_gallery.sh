@@ -40,6 +40,7 @@ Etching|bosch_trench|--view 0,0
 Etching|sf6o2_hole|--cut y=0 --view 20,15
 Etching|fluorocarbon_contact|--cut y=0 --view 20,15
 Etching|contact_round|--view 0,0
+Etching|chlorine_lines|--view 0,0
 Etching|formula_etch|--view 25,20
 Etching|sheath_ions|--view 20,20
 Etching|oxide_nitride_stack|--view 20,15

@@ -1,11 +1,15 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <memory>
 
 #include "app/commands/cli_options.hpp"
 #include "app/common/text.hpp"
+#include "app/recipe/decks.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/recipe/step_materials.hpp"
+#include "surface/files/file.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -41,14 +45,40 @@ void print_documentation(const std::string& name) {
     }
 }
 
+// All decks, or the file of one.
+void print_chemistry(const std::string& name) {
+    std::vector<std::string> names;
+    for (const Deck& deck : shipped_decks()) {
+        if (name.empty()) fmt::print("{:<26} {:<16} {}\n", deck.name, deck.model, deck.title);
+        if (deck.name == name)
+            fmt::print("# {}\n{}", deck.file.string(), surface::read_whole_file(deck.file));
+        names.push_back(deck.name);
+    }
+    if (!name.empty() && std::ranges::count(names, name) == 0)
+        throw RecipeError("models chemistry {}: none of that name{} There are {}", name,
+                          did_you_mean(": ", name, names, "."), fmt::join(names, ", "));
+}
+
 }  // namespace
 
 void add_models_command(CLI::App& program) {
-    CLI::App& command =
-        *program.add_subcommand("models", "List every model and recipe key with type, unit and default");
+    CLI::App& command = *program.add_subcommand(
+        "models", "List every model and recipe key with type, unit and default, or chemistries");
     const auto name = std::make_shared<std::string>();
-    add_option(command, "NAME", *name, "MODEL", "Only this model or section, e.g. single_particle or flux");
-    command.callback([name] { print_documentation(*name); });
+    add_option(
+        command, "NAME", *name, "MODEL",
+        "Only this model or section, e.g. single_particle or flux; chemistry: the decks that steps can name");
+    const auto deck = std::make_shared<std::string>();
+    add_option(command, "DECK", *deck, "CHEMISTRY",
+               "After chemistry: the file of this one, with sources, ranges and rates");
+    command.callback([name, deck] {
+        if (*name == "chemistry")
+            print_chemistry(*deck);
+        else if (deck->empty())
+            print_documentation(*name);
+        else
+            throw RecipeError("models {} {}: a second name follows chemistry only", *name, *deck);
+    });
 }
 
 }  // namespace sidewall::app

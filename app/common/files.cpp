@@ -3,6 +3,7 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -66,6 +67,19 @@ void refuse_link(const fs::path& folder) {
 bool is_there(const fs::path& path) {
     std::error_code failure;
     return fs::exists(path, failure);
+}
+
+fs::path shipped_folder(const std::string& name) {
+    std::error_code failure;
+    Dl_info library{};  // the Python module, or the program, whose name need not be its path
+    dladdr(reinterpret_cast<const void*>(&shipped_folder), &library);
+    const fs::path code = library.dli_fname == nullptr ? "" : library.dli_fname;
+    for (const fs::path& file : {code.is_absolute() ? fs::canonical(code, failure) : fs::path(),
+                                 fs::read_symlink("/proc/self/exe", failure)})
+        for (fs::path above = file.parent_path(); above.has_relative_path(); above = above.parent_path())
+            for (const fs::path& below : {fs::path("share/sidewall") / name, fs::path(name)})
+                if (is_there(above / below)) return above / below;
+    return {};
 }
 
 FolderLock::FolderLock(const fs::path& folder, const char* file) : folder_(folder), name_(file) {

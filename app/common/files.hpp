@@ -26,6 +26,10 @@ void refuse_link(const fs::path& folder);
 /// Whether a file or folder exists; false, too, where that cannot be known.
 bool is_there(const fs::path& path);
 
+/// The folder \p name, such as configs/chemistry, that came with the program or with the library that holds it: in
+/// share/sidewall of an installation or in the source tree, above either. Empty if there is none.
+fs::path shipped_folder(const std::string& name);
+
 /// Another process holds a lock.
 struct HeldElsewhere : IoError {
     using IoError::IoError;

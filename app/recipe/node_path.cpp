@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "app/recipe/decks.hpp"
 #include "app/recipe/reader.hpp"
 #include "surface/error.hpp"
 
@@ -201,8 +202,8 @@ void apply_override(toml::table& root, const std::string& setting) {
 
 std::optional<double> written_number(const std::string& text, const std::string& file,
                                      const std::vector<std::string>& overrides, const std::string& key) {
-    toml::table root = parse_toml(text, file);
-    for (const std::string& setting : overrides) apply_override(root, setting);
+    std::vector<std::string> notes;
+    const toml::table root = recipe_tables(text, file, overrides, notes);
     const toml::node* node = find_node(root, with_place_of_step(key, named_steps(root)));
     return node == nullptr ? std::nullopt : node->value<double>();
 }

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "app/common/text.hpp"
+#include "app/recipe/decks.hpp"
 #include "app/recipe/effective_recipe.hpp"
 #include "app/recipe/figure_names.hpp"
 #include "app/recipe/layer_reader.hpp"
@@ -292,12 +293,10 @@ bool Step::operator==(const Step& other) const {
 
 Recipe parse_recipe(std::string_view text, const std::string& file,
                     const std::vector<std::string>& overrides) {
-    toml::table root = parse_toml(text, file);
-    for (const std::string& setting : overrides) apply_override(root, setting);
-    refuse_unknown_sections(root);
-
     Recipe recipe;
     recipe.file = file;
+    toml::table root = recipe_tables(text, file, overrides, recipe.notes);
+    refuse_unknown_sections(root);
     read_material_tables(root, recipe);
     take_cut_from_layout(root, recipe);
     take_extent_from_layout(root, recipe);

@@ -202,6 +202,11 @@ std::vector<Key> keys_of(Step& step) {
     list.insert(list.begin(),
                 {"model", &step.model, "", "see the models below", required(one_of(model_names()))});
     if (model->make) {  // a geometric step takes no time
+        list.insert(
+            list.begin() + 1,
+            {"chemistry", &step.chemistry, "",
+             "numbers with sources for this model, which `sidewall models chemistry` lists, or a file.toml of your own "
+             "beside the recipe; keys of the step win"});
         list.push_back({"duration", &step.duration, "time", "process time, at most", required(kPositive)});
         list.push_back({"stop_depth", &step.stop_depth, "length",
                         "ends the step when the lowest point is that far below z = 0"});

@@ -50,6 +50,11 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
       {"scallop_pitch", 0.2, 0.8},
       {"scallop_depth", 0.03, 0.3},
       {"undercut", 0.0, 0.15}}},
+    // 0.15 of polysilicon in an opening of 0.2, walls that lean, and an over-etch at a twentieth of its rate.
+    {"chlorine_lines",
+     {{"depth", -0.0301, -0.0270},
+      {"removed_volume_PolySi", 0.9 * 0.03, 1.1 * 0.03},
+      {"removed_volume_SiO2", 0.0, 0.0005}}},
     // A cycle: 0.2 s through 0.1 of polymer, 0.8 s at 0.55.
     {"deposit_and_etch",
      {{"depth", 1.32 - 0.05, 1.32 + 0.05}, {"cd_at_0.25", 1.55, 1.8}, {"removed_volume_Mask", 0.0, 0.012}}},

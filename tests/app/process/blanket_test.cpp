@@ -47,6 +47,12 @@ TEST_CASE("a flat wafer moves at the rate of the recipe, where one particle arri
     CHECK_THAT(blanket_table(grows), Contains("nm/min") &&
                                          Contains("grows Polymer on Si: +4.87, SiO2: +4.87") &&
                                          Contains("nothing is etched"));
+    const Recipe buried = parse_recipe(
+        "[domain]\nextent = [2.0]\ngrid_spacing = 0.1\n[[layer]]\nmaterial = \"SiO2\"\n[[step]]\nmodel = \"fluorocarbon\"\n"
+        "duration = 1.0\ndeposit = \"Polymer\"\n",
+        "buried.toml");
+    CHECK_THAT(blanket_table(buried),
+               Contains("nothing is etched (chemistry = \"c4f8_ar_oxide\" etches flat oxide)"));
     const Recipe both = blanket_recipe("model = \"directional\"\ndirectional = -0.1\nisotropic = -0.05\n");
     CHECK(rate_on(both, "Si") == Approx(-0.15));
 }

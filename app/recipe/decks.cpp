@@ -1,0 +1,295 @@
+#include "app/recipe/decks.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "app/common/files.hpp"
+#include "app/models/model.hpp"
+#include "app/recipe/reader.hpp"
+#include "app/recipe/steps.hpp"
+#include "surface/files/file.hpp"
+
+namespace sidewall::app {
+namespace {
+
+const fs::path& shipped() {
+    static const fs::path folder = shipped_folder("configs/chemistry");
+    return folder;
+}
+
+std::vector<Key> unit_keys(Units& units) {
+    return {{"length_unit", &units.length, "", "", one_of(length_units())},
+            {"time_unit", &units.time, "", "", one_of(time_units())}};
+}
+
+// The name of the built-in material that a word means, else the word itself.
+std::string meant(std::string_view word) {
+    const auto id = meant_material(default_materials(), word);
+    return id ? default_materials()[static_cast<std::size_t>(*id)].name : std::string(word);
+}
+
+fs::path file_of_deck(const toml::node& node, const std::string& path, const std::string& recipe) {
+    const auto* text = node.as_string();
+    if (text == nullptr) fail(node, path, "must be a string, in quotes");
+    const bool own = text->get().ends_with(".toml");
+    const fs::path file = own ? fs::absolute(fs::path(recipe).parent_path() / text->get()).lexically_normal()
+                              : shipped() / (text->get() + ".toml");
+    std::error_code failure;
+    if (fs::is_regular_file(file, failure)) return file;
+    if (own)
+        fail(node, path, fmt::format("no such file: {}; the name is relative to the recipe", file.string()));
+    std::vector<std::string> names;
+    for (const Deck& deck : shipped_decks()) names.push_back(deck.name);
+    fail(node, path,
+         fmt::format("no chemistry has that name{} There are {}; a file of your own ends with .toml",
+                     did_you_mean(": ", text->get(), names, "."), fmt::join(names, ", ")));
+}
+
+// Moves what \p own lacks from \p deck. A table of one's own with a `default` replaces the deck's, as it does
+// a key's defaults.
+void fill(toml::table& own, toml::table& deck) {
+    std::set<std::string> given;
+    for (const auto& [key, node] : own) given.insert(meant(key.str()));
+    for (auto&& [key, node] : deck) {
+        toml::table *mine = own[key.str()].as_table(), *others = node.as_table();
+        if (!given.contains(meant(key.str())))
+            node.visit([&, &name = key](auto& value) { own.insert(name.str(), std::move(value)); });
+        else if (mine != nullptr && others != nullptr && !mine->contains("default"))
+            fill(*mine, *others);
+    }
+}
+
+// A step that names a deck.
+struct Use {
+    std::string path;
+    Deck deck;
+};
+
+void use_decks(toml::table& parent, const char* key, const std::string& path, const std::string& recipe,
+               std::size_t depth, std::vector<Use>& uses) {
+    toml::array* steps = depth < kMostKeyParts ? parent[key].as_array() : nullptr;
+    for (std::size_t i = 0; steps != nullptr && i < steps->size(); ++i) {
+        toml::table* step = (*steps)[i].as_table();
+        if (step == nullptr) continue;
+        const std::string here = fmt::format("{}[{}]", path, i);
+        use_decks(*step, "steps", here + ".steps", recipe, depth + 1, uses);
+        const toml::node* named = step->get("chemistry");
+        if (named == nullptr || step->contains("steps"))
+            continue;  // a loop has no such key: the reader says so
+        Use use{here, read_deck(file_of_deck(*named, here + ".chemistry", recipe))};
+        const toml::node* model = step->get("model");
+        if (model != nullptr && model->value<std::string>() != use.deck.model)
+            fail(*model, here + ".model",
+                 fmt::format("chemistry {} is of model \"{}\": name that, or another chemistry",
+                             use.deck.name, use.deck.model));
+        fill(*step, *use.deck.tables["step"].as_table());
+        step->erase("chemistry");
+        uses.push_back(std::move(use));
+    }
+}
+
+// All strings of a recipe but names, as the materials they may mean.
+void collect_materials(const toml::node& node, std::set<std::string>& found) {
+    if (const auto* text = node.as_string()) found.insert(meant(text->get()));
+    if (const auto* list = node.as_array())
+        for (const toml::node& element : *list) collect_materials(element, found);
+    if (const auto* table = node.as_table())
+        for (const auto& [key, value] : *table)
+            if (key.str() != "name") collect_materials(value, found);
+}
+
+// Makes what has come from a deck fit the recipe.
+class Fitting {
+  public:
+    Fitting(const toml::table& root, const Use& use, std::vector<std::string>& notes)
+        : use_(use), notes_(notes), every_material_(root.contains("start")) {
+        collect_materials(root, materials_);
+        Units here;
+        if (const toml::table* domain = root["domain"].as_table())
+            for (const Key& key : unit_keys(here))
+                read_key(*domain, "domain", key, {default_materials(), notes});
+        length_ = size_in(here, use.deck.units.length).value();
+        time_ = size_in(here, use.deck.units.time).value();
+    }
+
+    void fit(toml::table& table, const std::vector<Key>& keys, const std::string& inner = {}) {
+        for (const Key& key : keys) {
+            toml::node* node = table.get(key.name);
+            if (node == nullptr) continue;
+            if (const auto* tables = std::get_if<TableList>(&key.target)) {
+                toml::array* list = node->as_array();
+                tables->resize(1);
+                for (std::size_t i = 0; list != nullptr && i < list->size(); ++i)
+                    if (toml::table* element = (*list)[i].as_table())
+                        fit(*element, tables->keys(0), fmt::format("{}{}[{}].", inner, key.name, i));
+                continue;
+            }
+            const auto* numbers = std::get_if<ByMaterial*>(&key.target);
+            const bool text = std::holds_alternative<Expressions*>(key.target);
+            if (toml::table* values = node->as_table();
+                values != nullptr && (numbers != nullptr || (text && key.rule.material))) {
+                // Where the key has no default, the program asks for what lacks a number.
+                if (numbers == nullptr || (*numbers)->fallback) note_unknown(*values, inner + key.name);
+                drop_idle(*values);
+                if (values->empty()) {
+                    table.erase(key.name);
+                    continue;
+                }
+            }
+            if (auto* file = node->as_string();
+                file != nullptr && from_deck(*node) && (key.name == "file" || key.name.ends_with("_file")))
+                file->get() = (use_.deck.file.parent_path() / file->get()).lexically_normal().string();
+            scale(*node, inner + key.name, factor(key.unit), text);
+        }
+    }
+
+    void note_range(const toml::table& step) {
+        const auto* ranges = use_.deck.tables["range"].as_table();
+        if (ranges == nullptr) return;
+        const auto number = [&](std::string_view key) {
+            const toml::node* node = find_node(step, key);
+            return node == nullptr ? NAN : node->value<double>().value_or(NAN);
+        };
+        for (const auto& [name, range] : *ranges) {
+            const std::string key(name.str());
+            std::vector<double> ends;
+            read_key(*ranges, "range", {key, &ends, "", "", sized(2)}, {default_materials(), notes_});
+            const std::size_t slash = key.find('/');
+            const double value = number(key.substr(0, slash)) /
+                                 (slash == std::string::npos ? 1.0 : number(key.substr(slash + 1)));
+            constexpr double kRounding = 1e-9;
+            const double low = ends[0] - kRounding * std::abs(ends[0]),
+                         high = ends[1] + kRounding * std::abs(ends[1]);
+            if (value < low || value > high)
+                notes_.push_back(fmt::format(
+                    "{}.{} = {:.4g} lies outside {:g} to {:g}, where the sources of chemistry {} hold",
+                    use_.path, key, value, ends[0], ends[1], use_.deck.name));
+        }
+    }
+
+  private:
+    bool from_deck(const toml::node& node) const {
+        return node.source().path && *node.source().path == use_.deck.file.string();
+    }
+
+    // The size of a key's unit in the deck, in that of the recipe.
+    double factor(const std::string& unit) const {
+        const double power = unit.starts_with("length^2") ? 2.0 : unit.starts_with("length") ? 1.0 : 0.0;
+        return std::pow(length_, power) * (unit == "time"            ? time_
+                                           : unit.ends_with("/time") ? 1.0 / time_
+                                                                     : 1.0);
+    }
+
+    void scale(toml::node& node, const std::string& key, double factor, bool expression) {
+        if (factor == 1.0) return;
+        if (toml::table* table = node.as_table())
+            for (auto&& [name, value] : *table) scale(value, key, factor, expression);
+        if (toml::array* list = node.as_array())
+            for (toml::node& element : *list) scale(element, key, factor, expression);
+        if (!from_deck(node)) return;
+        if (auto* number = node.as_floating_point()) number->get() *= factor;
+        if (auto* text = node.as_string(); text != nullptr && expression)
+            text->get() = fmt::format("{}*({})", toml_text(factor), text->get());
+        if (const auto* whole = node.as_integer(); whole != nullptr && whole->get() != 0)
+            fail(node, key,
+                 "has a unit: write it with a decimal point, so that a recipe of other units can use it");
+    }
+
+    // The deck may know materials that the wafer never has.
+    void drop_idle(toml::table& values) const {
+        std::vector<std::string> idle;
+        for (const auto& [name, value] : values)
+            if (name.str() != "default" && from_deck(value) && !every_material_ &&
+                !materials_.contains(std::string(name.str())))
+                idle.emplace_back(name.str());
+        for (const std::string& name : idle) values.erase(name);
+    }
+
+    void note_unknown(const toml::table& values, const std::string& key) {
+        std::set<std::string> known;
+        bool deck = false;
+        for (const auto& [name, value] : values) {
+            known.insert(meant(name.str()));
+            deck = deck || from_deck(value);
+        }
+        std::vector<std::string> unknown;
+        for (const Material& material : default_materials())
+            if (materials_.contains(material.name) && !known.contains(material.name) &&
+                material.name != "Mask")
+                unknown.push_back(material.name);
+        if (deck && !unknown.empty() && !known.contains("default"))
+            notes_.push_back(fmt::format("{}.{}: chemistry {} has no number for {}: the key's default",
+                                         use_.path, key, use_.deck.name, fmt::join(unknown, ", ")));
+    }
+
+    const Use& use_;
+    std::vector<std::string>& notes_;
+    std::set<std::string> materials_;
+    bool every_material_;
+    double length_ = 1.0, time_ = 1.0;
+};
+
+void fit_deck(toml::table& root, const Use& use, std::vector<std::string>& notes) {
+    // The caller's own tables, which find_node shows as constant.
+    auto* step = const_cast<toml::node*>(find_node(root, use.path));
+    if (step == nullptr || !step->is_table()) return;
+    toml::table& table = *step->as_table();
+    Step keys;
+    keys.model = table["model"].value<std::string>().value_or("");
+    if (const ModelEntry* model = find_model(keys.model)) keys.parameters = model->defaults;
+    notes.push_back(fmt::format("{}.chemistry {}: {} ({})", use.path, use.deck.name, use.deck.title,
+                                use.deck.file.string()));
+    Fitting fitting(root, use, notes);
+    fitting.fit(table, keys_of(keys));
+    fitting.note_range(table);
+}
+
+}  // namespace
+
+Deck read_deck(const fs::path& file) {
+    Deck deck{.name = file.stem().string(), .file = file};
+    deck.tables = parse_toml(surface::read_whole_file(file), file.string());
+    std::vector<Key> keys{{"title", &deck.title, "", "what it is for", required()},
+                          {"sources", &deck.sources, "", ""}};
+    append_keys(keys, unit_keys(deck.units));
+    std::vector<std::string> notes;
+    const Reading reading{default_materials(), notes};
+    read_keys(deck.tables, "chemistry", "a chemistry", keys, reading, {"range", "expected", "step"});
+    const toml::table* step = deck.tables["step"].as_table();
+    if (step == nullptr) fail_missing(deck.tables, "step", "missing: [step] holds the model and its keys");
+    read_key(*step, "step", {"model", &deck.model, "", "", one_of(model_names())}, reading);
+    if (deck.model.empty())
+        fail_missing(*step, "step.model", "missing: name a model that `sidewall models` lists");
+    return deck;
+}
+
+std::vector<Deck> shipped_decks() {
+    std::vector<Deck> decks;
+    std::error_code failure;
+    for (const auto& entry : fs::directory_iterator(shipped(), failure))
+        if (entry.path().extension() == ".toml") decks.push_back(read_deck(entry.path()));
+    std::ranges::sort(decks, {}, &Deck::name);
+    return decks;
+}
+
+toml::table recipe_tables(std::string_view text, const std::string& file,
+                          const std::vector<std::string>& overrides, std::vector<std::string>& notes) {
+    toml::table root = parse_toml(text, file);
+    std::vector<Use> uses;
+    // Overrides change what decks give, so that those that choose one come first; one that sets a whole step
+    // may name another.
+    for (const bool choosing : {true, false}) {
+        for (const std::string& setting : overrides)
+            if (setting.substr(0, end_of_key(setting)).ends_with(".chemistry") == choosing)
+                apply_override(root, setting);
+        use_decks(root, "step", "step", file, 0, uses);
+    }
+    for (const Use& use : uses) fit_deck(root, use, notes);
+    return root;
+}
+
+}  // namespace sidewall::app

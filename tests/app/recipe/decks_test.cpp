@@ -1,0 +1,267 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <fstream>
+#include <set>
+
+#include "app/process/estimate/blanket.hpp"
+#include "app/process/simulation.hpp"
+#include "app/process/state.hpp"
+#include "app/recipe/decks.hpp"
+#include "app/recipe/effective_recipe.hpp"
+#include "app/recipe/node_path.hpp"
+#include "app/recipe/notes.hpp"
+#include "app/recipe/steps.hpp"
+#include "surface/error.hpp"
+#include "surface/files/file.hpp"
+#include "tests/folder.hpp"
+
+// Decks: what their heads promise, and how they meet a recipe.
+using namespace sidewall;
+using namespace sidewall::app;
+using Catch::Matchers::Contains;
+
+namespace {
+
+// A figure of a deck's head, and what its numbers give.
+struct Figure {
+    std::string what, source;
+    double value = 0.0, bar = 0.0, got = NAN;
+};
+
+std::string wafer(const std::set<std::string>& materials, const std::string& length,
+                  const std::string& time) {
+    std::string text = fmt::format(
+        "[domain]\nextent = [2.0]\ngrid_spacing = 0.1\nlength_unit = \"{}\"\ntime_unit = \"{}\"\n", length,
+        time);
+    for (const std::string& material : materials)
+        text += fmt::format("[[layer]]\nmaterial = \"{}\"\n{}", material,
+                            text.find("[[layer]]") == std::string::npos ? "" : "thickness = 0.5\n");
+    return text;
+}
+
+double rate_on(const Recipe& recipe, const std::string& material) {
+    for (const StepMaterials& here : materials_by_step(recipe))
+        for (const BlanketRate& at : blanket_rates(here))
+            if (recipe.materials[static_cast<std::size_t>(at.material)].name == material) {
+                INFO(at.unknown);
+                REQUIRE(at.unknown.empty());
+                return at.rate;
+            }
+    return NAN;
+}
+
+std::vector<Figure> figures_of(const Deck& deck) {
+    const toml::table& head = deck.tables;
+    const auto text = [&](const toml::table& table, const char* key, const char* fallback) {
+        return table[key].value<std::string>().value_or(fallback);
+    };
+    std::vector<Figure> figures;
+    const toml::array* expected = head["expected"].as_array();
+    REQUIRE(expected != nullptr);
+    for (const toml::node& node : *expected) {
+        const toml::table& row = *node.as_table();
+        const std::string material = text(row, "material", ""), over = text(row, "over", "");
+        const std::string &length = deck.units.length, &time = deck.units.time;
+        std::set<std::string> materials{"Si", material};
+        if (deck.model == "fluorocarbon") materials.erase("Si");
+        if (!over.empty()) materials.insert(over);
+        std::vector<std::string> overrides;
+        std::string conditions;
+        if (const toml::table* with = row["with"].as_table())
+            for (const auto& [key, value] : *with) {
+                const double number = value.value<double>().value();
+                overrides.push_back(fmt::format("step[0].{}={}", key.str(), number));
+                conditions += fmt::format("{}{} {:g}", conditions.empty() ? " at " : ", ", key.str(), number);
+            }
+        const Recipe recipe = parse_recipe(
+            wafer(materials, length, time) +
+                fmt::format("[[step]]\nchemistry = \"{}\"\nduration = 1.0\n", deck.file.string()),
+            "deck.toml", overrides);
+        Figure figure{"", text(row, "source", ""),
+                      row[over.empty() ? "rate" : "selectivity"].value<double>().value(),
+                      row["bar"].value<double>().value()};
+        figure.got = rate_on(recipe, material);
+        if (over.empty()) {
+            figure.what = fmt::format("{}, {}/{}{}", material, length, time, conditions);
+        } else {
+            figure.got /= rate_on(recipe, over);
+            figure.what = fmt::format("{} : {}{}", material, over, conditions);
+        }
+        figures.push_back(figure);
+    }
+    return figures;
+}
+
+Recipe with_deck(const std::string& step, const std::vector<std::string>& overrides = {}) {
+    return parse_recipe(wafer({"Si", "SiO2"}, "um", "s") + "[[step]]\nduration = 1.0\n" + step,
+                        "with_deck.toml", overrides);
+}
+
+}  // namespace
+
+TEST_CASE("every deck's blanket rates and selectivities lie within the bars of its sources") {
+    const std::vector<Deck> decks = shipped_decks();
+    CHECK(decks.size() >= 15);
+    for (const Deck& deck : decks) {
+        INFO(deck.name);
+        CHECK_FALSE(deck.sources.empty());
+        const std::vector<Figure> figures = figures_of(deck);
+        CHECK_FALSE(figures.empty());
+        for (const Figure& figure : figures) {
+            INFO(figure.what << ": " << figure.got << ", asked " << figure.value << " +- " << figure.bar);
+            CHECK_FALSE(figure.source.empty());
+            CHECK(figure.bar < 0.5 * std::abs(figure.value));
+            CHECK(std::abs(figure.got - figure.value) <= figure.bar);
+        }
+    }
+}
+
+// The guide's part about a deck.
+std::string section_of(const Deck& deck) {
+    std::string text = fmt::format("## {}\n\n{}. Model `{}`.\n\n", deck.name, deck.title, deck.model);
+    for (const std::string& source : deck.sources) text += fmt::format("- {}\n", source);
+    if (const toml::table* ranges = deck.tables["range"].as_table()) {
+        std::string list;
+        for (const auto& [key, range] : *ranges)
+            list += fmt::format("{}`{}` {:g} to {:g}", list.empty() ? "" : ", ", key.str(),
+                                range.as_array()->get(0)->value<double>().value(),
+                                range.as_array()->get(1)->value<double>().value());
+        text += fmt::format("\nA note tells when a step leaves {}.\n", list);
+    }
+    text += "\n| figure | deck | source | bar | of |\n|---|---|---|---|---|\n";
+    for (const Figure& figure : figures_of(deck))
+        text += fmt::format("| {} | {:.3g} | {:g} | {:g} | {} |\n", figure.what, figure.got, figure.value,
+                            figure.bar, figure.source);
+    return text;
+}
+
+TEST_CASE("the guide's page of chemistries holds what the decks say and give") {
+    const std::filesystem::path page = std::filesystem::path(SIDEWALL_SOURCE_DIR) / "docs/chemistry.md";
+    const std::string written = surface::read_whole_file(page),
+                      mark = "<!-- The rest is made from configs/chemistry: see CONTRIBUTING.md -->\n";
+    const std::size_t at = written.find(mark);
+    REQUIRE(at != std::string::npos);
+    std::string text = written.substr(0, at) + mark;
+    for (const Deck& deck : shipped_decks()) text += "\n" + section_of(deck);
+    if (std::getenv("SIDEWALL_WRITE_DOCS") != nullptr) std::ofstream(page) << text;
+    CHECK(surface::read_whole_file(page) == text);
+}
+
+TEST_CASE("keys of a step win over its deck's, by material and under another word, too") {
+    const std::string deck =
+        "chemistry = \"c4f8_ar_oxide\"\nenhanced_yield = { Si = 0.01, oxide = 0.05 }\nenergy = 80.0\n";
+    const Recipe recipe = with_deck("model = \"fluorocarbon\"\n" + deck);
+    const std::string text = effective_recipe(recipe);
+    CHECK_THAT(text, Contains("SiO2 = 0.05") && Contains("Si = 0.01") && Contains("energy = 80.0") &&
+                         Contains("removal_yield = 0.1444") && !Contains("0.0361 }"));
+    // What the recipe stores needs no deck, and names nothing that is not on its wafer.
+    CHECK_THAT(text, !Contains("chemistry") && !Contains("Resist") && !Contains("Si3N4"));
+    CHECK(effective_recipe(parse_recipe(text, "stored.toml")) == text);
+    CHECK_THAT(effective_recipe(with_deck(deck)), Contains("model = \"fluorocarbon\""));
+    const auto all = with_deck("chemistry = \"c4f8_ar_oxide\"\nenhanced_yield = 0.02\n");
+    CHECK_THAT(effective_recipe(all), Contains("enhanced_yield = 0.02"));
+
+    const Recipe set =
+        with_deck("chemistry = \"cl_si\"\n", {"step[0].chemistry=cl_ar_si", "step[0].species[1].energy=60"});
+    CHECK_THAT(effective_recipe(set), Contains("energy = 60.0") && Contains("0.59*(sqrt(E) - 4)"));
+    CHECK(written_number("[[step]]\nchemistry = \"sf6_o2_si\"\n", "fit.toml", {}, "step[0].energy") == 140.0);
+}
+
+TEST_CASE("a deck's lengths and times are converted into the recipe's") {
+    const auto rates = [](const char* length, const char* time, const char* deck) {
+        const Recipe recipe = parse_recipe(
+            wafer({"Si"}, length, time) + fmt::format("[[step]]\nchemistry = \"{}\"\nduration = 1.0\n", deck),
+            "units.toml");
+        return rate_on(recipe, "Si");
+    };
+    CHECK(rates("um", "min", "koh_30_70c") == Approx(-0.797));
+    CHECK(rates("nm", "s", "koh_30_70c") == Approx(-797.0 / 60.0));
+    CHECK(rates("um", "h", "cl_si") == Approx(3.6 * rates("nm", "s", "cl_si")));  // expressions
+    CHECK(rates("um", "min", "bosch_etch") ==
+          Approx(0.06 * rates("nm", "s", "bosch_etch")));  // tables of species
+    const Recipe ald = parse_recipe(
+        wafer({"Si"}, "um", "min") + "[[step]]\nchemistry = \"ald_al2o3\"\nduration = 1.0\n", "ald.toml");
+    CHECK(rate_on(ald, "Al2O3") == Approx(0.0264e-3 * 60.0).epsilon(1e-4));
+}
+
+TEST_CASE(
+    "a step beyond the range of its deck's sources gets a note, and so does a material they do not know") {
+    const auto notes = [](const std::string& step) {
+        return fmt::format("{}", fmt::join(with_deck(step).notes, "\n"));
+    };
+    CHECK_THAT(notes("chemistry = \"cl_si\"\n"),
+               Contains("step[0].chemistry cl_si: Chlorine ions") && !Contains("outside"));
+    CHECK_THAT(with_deck("chemistry = \"cl_si\"\n", {"step[0].species[1].energy=400"}).notes.back(),
+               Contains("step[0].species[1].energy = 400 lies outside 35 to 100"));
+    CHECK_THAT(notes("chemistry = \"sf6_o2_si\"\netchant_flux = 2200.0\n"),
+               Contains("step[0].etchant_flux/ion_flux = 100 lies outside 300 to 2400"));
+    CHECK_THAT(notes("chemistry = \"cf2_ar_oxide\"\n"),
+               Contains("step[0].rate: chemistry cf2_ar_oxide has no number for Si"));
+    // Where the model has no default the program asks.
+    CHECK_THROWS_WITH(with_deck("chemistry = \"c4f8_ar_oxide\"\n"), Contains("no value for Si"));
+}
+
+TEST_CASE("a wrong deck is refused by its file and line, and an unknown one with those there are") {
+    const auto refused = [](const std::string& step, const std::string& words) {
+        CHECK_THROWS_WITH(with_deck(step), Contains(words));
+    };
+    refused("chemistry = \"cl_sl\"\n",
+            "no chemistry has that name: did you mean cl_si? There are ald_al2o3, ");
+    refused("chemistry = 3\n", "must be a string");
+    refused("chemistry = \"none.toml\"\n", "no such file");
+    refused("model = \"isotropic\"\nchemistry = \"cl_si\"\n", "chemistry cl_si is of model \"formula\"");
+    refused("chemistry = \"cl_si\"\nsteps = [{ model = \"isotropic\", rate = -1.0, duration = 1.0 }]\n",
+            "unknown key of a loop");
+
+    const test::Folder folder;
+    const auto own = [&](const std::string& deck, const std::string& words) {
+        std::ofstream(folder.path / "own.toml") << deck;
+        CHECK_THROWS_WITH(
+            parse_recipe(wafer({"Si"}, "nm", "s") +
+                             "[[step]]\nchemistry = \"own.toml\"\nmodel = \"isotropic\"\nduration = 1.0\n",
+                         (folder.path / "recipe.toml").string()),
+            Contains(words));
+    };
+    own("title = \"mine\"\n[step]\nmodel = \"isotropic\"\nrate = true\n",
+        "own.toml:4: step[0].rate = true: must be a number");
+    own("title = \"mine\"\n[step]\nmodel = \"isotropic\"\nrates = 1.0\n", "own.toml:4: step[0].rates");
+    own("title = \"mine\"\n[step]\nmodel = \"isotropic\"\nrate = -1\n", "with a decimal point");
+    own("titel = \"mine\"\n",
+        "own.toml:1: chemistry.titel = \"mine\": unknown key of a chemistry: did you mean title?");
+    own("[step]\nmodel = \"isotropic\"\n", "title: missing");
+    own("title = \"mine\"\n[step]\nrate = 1.0\n", "step.model: missing");
+    own("title = \"mine\"\nlength_unit = \"ell\"\n[step]\nmodel = \"isotropic\"\n",
+        "own.toml:2: chemistry.length_unit = \"ell\": must be one of nm, um");
+    own("title = \"mine\"\nrange = { rate = 3 }\n[step]\nmodel = \"isotropic\"\n",
+        "must be a list of 2 numbers");
+    std::ofstream(folder.path / "own.toml")
+        << "title = \"mine\"\ntime_unit = \"min\"\n[step]\nmodel = \"isotropic\"\nrate = -60.0\n";
+    const Recipe recipe =
+        parse_recipe(wafer({"Si"}, "um", "s") +
+                         "[[step]]\nrepeat = 2\n[[step.steps]]\nchemistry = \"own.toml\"\nduration = 1.0\n",
+                     (folder.path / "recipe.toml").string());
+    CHECK(rate_on(recipe, "Si") == Approx(-1.0));
+}
+
+TEST_CASE("a run of a recipe with a deck that is stopped and resumed gives the bits of one that was not") {
+    const Recipe recipe =
+        parse_recipe(wafer({"Si"}, "um", "min") +
+                         "[[layer]]\nmaterial = \"Mask\"\nshape = \"trench\"\nthickness = 0.3\nwidth = 0.8\n"
+                         "[[step]]\nchemistry = \"koh_30_70c\"\nduration = 0.5\n",
+                     "deck.toml");
+    const test::Folder whole, parts;
+    run_recipe(recipe, {.output = whole.path, .quiet = true});
+    bool stop = false;
+    CHECK_THROWS_AS(
+        run_recipe(recipe, {.output = parts.path,
+                            .quiet = true,
+                            .stop = [&] { return stop; },
+                            .observe = [&](const Moment& moment) { stop = moment.state.time > 0.2; }}),
+        Interrupted);
+    run_recipe(recipe, {.output = parts.path, .resume = true, .quiet = true});
+    for (const char* name : {"recipe.toml", "timeline.csv", "surface_0001.vtp"})
+        CHECK(surface::read_whole_file(parts.path / name) == surface::read_whole_file(whole.path / name));
+}
