@@ -6,7 +6,7 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source=$PWD
-pages=(README.md CONTRIBUTING.md app/models/README.md docs/*.md)
+pages=(README.md CONTRIBUTING.md docs/*.md)
 
 # The blocks of a page in a language; a line of \x01 after each.
 blocks() { awk -v start="\`\`\`$2" '$0 == start { on = 1; next } /^```/ { if (on) print "\001"; on = 0 } on' "$1"; }

@@ -34,8 +34,7 @@ void add_study_command(CLI::App& program) {
     CLI::App& command = *program.add_subcommand(
         "study",
         "Redo the evaluation of region simplification (Lenz 2023, section 8.3) on surfaces grown here:\n"
-        "distance, simplification time and tracing time at equal numbers of vertices, and the time of five\n"
-        "ways to the flux at equal error.");
+        "distance, simplification time and tracing time at equal numbers of vertices.");
     const auto a = std::make_shared<StudyArguments>();
     add_option(command, "-o,--output", a->options.output, "DIR",
                "Folder for results (default: results/study)");
@@ -48,10 +47,8 @@ void add_study_command(CLI::App& program) {
                {.one_of = {"1", "2", "3"}});
     add_option(command, "--rays", a->options.rays, "N", "Source rays of every timed trace (default: 1e7)",
                {.range = {{1e3, 1e10}}});
-    add_option(
-        command, "--sticking", a->options.sticking, "S",
-        "Sticking probability of the traced neutral, for the five ways a tenth of it, too (default: 0.1)",
-        {.range = {{1e-3, 1.0}}});
+    add_option(command, "--sticking", a->options.sticking, "S",
+               "Sticking probability of the traced neutral (default: 0.1)", {.range = {{1e-3, 1.0}}});
     command.add_flag("--quick", a->quick, "Only 50 and 90 % of the vertices removed instead of 20 to 90 %");
     command.add_flag("--overwrite", a->options.overwrite, "Replace other runs in the folder");
     add_option(command, "--json", a->json, "FILE", "Also write the study there; - for standard output");

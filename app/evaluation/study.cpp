@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <functional>
 
 #include "app/common/console.hpp"
@@ -13,8 +14,8 @@
 #include "app/common/processes.hpp"
 #include "app/common/timing.hpp"
 #include "app/common/version.hpp"
-#include "app/evaluation/five_ways.hpp"
 #include "app/process/simulation.hpp"
+#include "flux/tracer/tracer.hpp"
 #include "simplify/simplify.hpp"
 #include "surface/curvature.hpp"
 #include "surface/distance.hpp"
@@ -48,7 +49,7 @@ struct Surface {
 using BeforeTurn = std::function<void(const std::string&)>;
 
 // The mesh of one method at one removal. Seconds are CPU seconds.
-SimplifiedMesh simplified(const Surface& surface, const Method& method, double removal, Json& seconds) {
+TriangleMesh simplified(const Surface& surface, const Method& method, double removal, Json& seconds) {
     const bool regions = simplify::reads_features(method.method);
     simplify::Options options;
     options.method = method.method;
@@ -65,7 +66,7 @@ SimplifiedMesh simplified(const Surface& surface, const Method& method, double r
     TriangleMesh mesh = simplify::simplify(surface.mesh, flags, options).mesh;
     const double end = cpu_seconds();
     seconds = {{"features", found - start}, {"collapse", end - found}, {"simplification", end - start}};
-    return {fmt::format("{}, {:.0f} %", method.name, 100.0 * removal), std::move(mesh), end - start};
+    return mesh;
 }
 
 Json distance_json(const surface::Distance& distance, double spacing) {
@@ -95,17 +96,31 @@ void write_coloured(const StudyOptions& options, const Surface& surface, Triangl
                         {.texts = {{"length_unit", "um"}}, .numbers = {{"grid_spacing", surface.spacing}}});
 }
 
+// A mesh that is traced, and the CPU seconds that its hierarchy took and traces have taken.
+struct TracedMesh {
+    explicit TracedMesh(TriangleMesh simplified)
+        : mesh(std::move(simplified)),
+          start(cpu_seconds()),
+          scene(mesh),
+          bvh_seconds(cpu_seconds() - start) {}
+
+    TriangleMesh mesh;
+    double start;
+    surface::RayScene scene;
+    double bvh_seconds, trace_seconds = 0.0;
+    flux::Wedges wedges = flux::make_wedges(mesh);
+};
+
 // All methods at one removal; their meshes are traced in turns, so that other work on the machine slows all
-// of them. \param kept  gets the meshes that the five ways are compared on.
+// of them.
 Json measure_set(const Surface& surface, double removal, const StudyOptions& options,
-                 const BeforeTurn& before_turn, std::vector<SimplifiedMesh>& kept) {
+                 const BeforeTurn& before_turn) {
     Json rows = Json::array();
-    std::vector<SimplifiedMesh> meshes;
+    std::deque<TracedMesh> meshes;  // which hierarchies point into
     for (const Method& method : kMethods) {
         before_turn(fmt::format("{:.0f} % {}", 100.0 * removal, method.name));
         Json seconds;
-        meshes.push_back(simplified(surface, method, removal, seconds));
-        const TriangleMesh& mesh = meshes.back().mesh;
+        const TriangleMesh& mesh = meshes.emplace_back(simplified(surface, method, removal, seconds)).mesh;
         const auto distance = surface::two_sided_distance(surface.mesh, mesh);
         rows.push_back({{"method", method.name},
                         {"removal", removal},
@@ -118,22 +133,21 @@ Json measure_set(const Surface& surface, double removal, const StudyOptions& opt
         if (removal == options.removals.back())
             write_coloured(options, surface, mesh, method.name, distance.backward);
     }
-    std::vector<MeshFlux> flux;
-    flux.reserve(meshes.size());
-    for (const SimplifiedMesh& mesh : meshes) flux.emplace_back(mesh.mesh, surface.mesh, surface.box);
-    std::vector<double> seconds(meshes.size(), 0.0);
     for (std::uint64_t seed = 1; seed <= 2; ++seed)
         for (std::size_t k = 0; k < meshes.size(); ++k) {
-            before_turn(meshes[k].name + ", tracing");
-            flux[k].traced(0.5 * options.rays, options.sticking, seed, seconds[k]);
+            TracedMesh& traced = meshes[k];
+            before_turn(fmt::format("{:.0f} % {}, tracing", 100.0 * removal, kMethods[k].name));
+            const double start = cpu_seconds();
+            flux::trace_flux(
+                traced.mesh, traced.scene, surface.box, {.sticking = {options.sticking}}, {}, traced.wedges,
+                {.rays = static_cast<std::uint64_t>(0.5 * options.rays), .seed = seed, .stop = interrupted});
+            traced.trace_seconds += cpu_seconds() - start;
         }
     before_turn("");  // the last turn may have been cut short
-    kept.clear();
-    for (std::size_t k = 0; k < meshes.size(); ++k) {
-        rows[k]["trace"] = {{"rays", options.rays},
-                            {"seconds", {{"bvh", flux[k].bvh_seconds}, {"trace", seconds[k]}}}};
-        if (kMethods[k].weights.shape == 0.0) kept.push_back(std::move(meshes[k]));
-    }
+    for (std::size_t k = 0; k < meshes.size(); ++k)
+        rows[k]["trace"] = {
+            {"rays", options.rays},
+            {"seconds", {{"bvh", meshes[k].bvh_seconds}, {"trace", meshes[k].trace_seconds}}}};
     return rows;
 }
 
@@ -202,29 +216,20 @@ void save(const Json& study, const fs::path& folder) {
 void study_surface(int number, const StudyOptions& options, Json& study) {
     Json& json = study["surfaces"].emplace_back();
     const Surface surface = grow(number, options, json);
-    ProgressBar progress(fmt::format("surface {}", number),
-                         static_cast<double>(options.removals.size()) + 4.0, "sets", !options.quiet);
-    double done = 0.0;  // the five ways take about as long as four sets
+    ProgressBar progress(fmt::format("surface {}", number), static_cast<double>(options.removals.size()),
+                         "sets", !options.quiet);
+    double done = 0.0;
     const BeforeTurn before_turn = [&](const std::string& what) {
         if (interrupted())
             throw Interrupted("stopped; what is finished is in " + (options.output / "study.json").string());
         progress.update(done, what);
     };
-    std::vector<SimplifiedMesh> kept;
     for (const double removal : options.removals) {
-        for (Json& row : measure_set(surface, removal, options, before_turn, kept))
+        for (Json& row : measure_set(surface, removal, options, before_turn))
             json["rows"].push_back(std::move(row));
         save(study, options.output);
         ++done;
     }
-    // A quarter of the rays is enough to know the noise; the reference has six times a trace's.
-    json["five_ways"] = five_ways(kept, surface.box,
-                                  {.rays = 0.25 * options.rays,
-                                   .stickings = {options.sticking, 0.1 * options.sticking},
-                                   .reference_rays = 6.0 * options.rays,
-                                   .before_turn = before_turn});
-    before_turn("");
-    save(study, options.output);
 }
 
 // Mean over the sets of what a method's rows have at a JSON pointer.
@@ -284,50 +289,6 @@ std::string verdicts(const Json& study) {
            "surface.\n\n";
 }
 
-// Seconds to the target at every depth, and the variant.
-std::string way_text(const Json& way) {
-    const std::string text = way["seconds"].is_null()
-                                 ? fmt::format("not reached ({:.2g} %)", 100.0 * way["bias"].get<double>())
-                                 : fmt::format("{:.3g}", way["seconds"]);
-    return way["variant"] == "" ? text : fmt::format("{} ({})", text, way["variant"]);
-}
-
-// How many times as fast the fastest way with simplification is as the fastest without.
-double gain(const Json& entry) {
-    double raw = kInfinity, simplified = kInfinity;
-    for (const Json& way : entry["ways"]) {
-        double& least = way["way"].get<std::string>().starts_with("simplified") ? simplified : raw;
-        if (!way["seconds"].is_null()) least = std::min(least, way["seconds"].get<double>());
-    }
-    return raw / simplified;
-}
-
-std::string five_ways_table(const Json& study) {
-    const std::vector<std::string> names{"surface, sticking",
-                                         "raw top-down",
-                                         "raw top-down, smoothed",
-                                         "simplified top-down",
-                                         "raw radiosity",
-                                         "simplified radiosity",
-                                         "simplification pays, times as fast"};
-    std::string rows;
-    for (const Json& surface : study["surfaces"])
-        for (const Json& entry : surface["five_ways"]) {
-            std::vector<std::string> cells;
-            for (const std::string& name : names)
-                for (const Json& way : entry["ways"])
-                    if (way["way"] == name && way["best"] == true) cells.push_back(way_text(way));
-            rows += fmt::format("| {}, {:.3g} | {} | {:.2g} |\n", surface["surface"], entry["sticking"],
-                                fmt::join(cells, " | "), gain(entry));
-        }
-    return fmt::format(
-               "## Five ways to {:.3g} % at every depth\n\nCPU seconds end to end, from the raw mesh on, to that "
-               "relative L2 error of the flux at its vertices in every tenth of the depth and on the floor, of the best "
-               "variant of each way; in brackets what it is off by however many rays it has, and the variant.\n\n",
-               100.0 * study["surfaces"][0]["five_ways"][0]["target"].get<double>()) +
-           head(names) + rows;
-}
-
 }  // namespace
 
 Json run_study(const StudyOptions& options) {
@@ -350,7 +311,7 @@ std::string study_report(const Json& study) {
                "Monte Carlo fluxes. Methods at equal numbers of vertices; CPU seconds of all threads.\n\n",
                hierarchical ? "a grid of several levels, as the chapter's do"
                             : "a uniform grid where the chapter's come from a hierarchical one") +
-           "## Verdicts\n\n" + verdicts(study) + five_ways_table(study);
+           "## Verdicts\n\n" + verdicts(study);
 }
 
 }  // namespace sidewall::app

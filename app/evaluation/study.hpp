@@ -13,15 +13,14 @@ struct StudyOptions {
     std::vector<int> surfaces{1, 2};
     int grid_levels = 0;    ///< of the grids that they are grown on; 0: as the recipes say
     double rays = 1e7;      ///< source rays of every timed trace
-    double sticking = 0.1;  ///< of the traced neutral; the five ways are compared at a tenth of it, too
+    double sticking = 0.1;  ///< of the traced neutral
     std::vector<double> removals{0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9};  ///< shares of vertices removed
     bool quiet = false;
     bool overwrite = false;  ///< as in RunOptions
 };
 
 /// Repeats the evaluation of region simplification (Lenz 2023, section 8.3, Figures 8.8 to 8.13) on surfaces that the recipes
-/// grow: distance to the original, simplification time and tracing time of every method at equal numbers of vertices; then
-/// the time of five ways to the flux, see five_ways.hpp.
+/// grow: distance to the original, simplification time and tracing time of every method at equal numbers of vertices.
 ///
 /// Writes DIR/{study.json, study.csv, report.md, surfaceN*.vtp}; what is finished is saved after every share of vertices
 /// removed, so that an interrupted study keeps it.
@@ -29,7 +28,7 @@ struct StudyOptions {
 /// \throws FileError if a recipe is missing, Interrupted after the calculation at hand if the user asked to stop.
 Json run_study(const StudyOptions& options);
 
-/// What a study found, from its study.json: the verdict on each of the chapter's claims, and the table of the five ways, in Markdown.
+/// What a study found, from its study.json: the verdict on each of the chapter's claims, in Markdown.
 std::string study_report(const Json& study);
 
 }  // namespace sidewall::app

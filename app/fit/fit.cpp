@@ -190,9 +190,8 @@ Json plan_of(const Fit& fit) {
         {"target_profile", options.profiles},
         {"profile_sigma", options.profile_sigma ? Json(*options.profile_sigma) : Json()},
         {"profile_offset", options.profile_offset},
-        {"method", options.method},
         {"digest", digest(fmt::format("{} {} {} {}", version(), first, profiles,
-                                      Json{options.vary, options.targets, options.profiles, options.method,
+                                      Json{options.vary, options.targets, options.profiles,
                                            options.profile_offset, options.profile_sigma.value_or(0.0)}
                                           .dump()))}};
 }
@@ -299,8 +298,7 @@ FitSearch find(Fit& fit) {
                  },
              .max_runs = options.max_runs / fit.parts.size(),
              .known_errors = fit.parts.front().targets.known_errors,
-             .profiles = profiles_of(fit)},
-            options.method);
+             .profiles = profiles_of(fit)});
     } catch (const NumericsError& error) {
         throw NumericsError("{}: {}: {}", fmt::join(options.recipes, " "), error.what(), fit.missing);
     }

@@ -21,7 +21,6 @@
 #include "app/process/events.hpp"
 #include "app/process/noise.hpp"
 #include "app/process/record/run_folder.hpp"
-#include "app/process/revision.hpp"
 #include "app/process/run_options.hpp"
 #include "app/process/time_step.hpp"
 #include "app/process/wafer.hpp"
@@ -160,20 +159,9 @@ void report_methods(const Run& run, const Step& step, const TracedSurface& surfa
         run.progress.line(fmt::format("step {}: {}; on {}", step.name, describe(methods), mesh));
 }
 
-// Whether the fluxes of the last trace serve this time step, too.
-bool reuses_fluxes(const Run& run, const Model& model, const RunState& state) {
-    return state.reuse.left > 0 && !state.begins_step() && !run.folder.due(state) && !model.species.empty() &&
-           !model.coverages.transient;  // which every time step changes
-}
-
 // The surface at this time and what arrives on it: extract, simplify, trace. Coverages react between traces.
 TracedSurface surface_with_fluxes(const Run& run, const Model& model, const Step& step, RunState& state) {
     TracedSurface surface = extract(state.stack, time_in_step(run, state), state.timing);
-    if (reuses_fluxes(run, model, state)) {
-        reuse_fluxes(run.recipe, model, state.stack, state.carried, surface, state.timing);
-        return surface;
-    }
-    state.reuse.left = 0;  // a run resumed here traces, too
     if (state.begins_step()) state.methods.clear();
     const TraceRequest request = request_of(run, state.time_step, state.begins_step(), state);
     simplify(run.recipe, model, state.stack, state.carried, request, surface, state.timing);
@@ -192,7 +180,7 @@ std::vector<levelset::Motion> stage_motions(const Run& run, const Model& model, 
                                             double dt, RunState& state) {
     std::vector<levelset::Motion> motions;
     motions.push_back(std::move(first));
-    if (run.recipe.flux.stages != "all" || !surface.arriving || !surface.arriving->trace) return motions;
+    if (run.recipe.flux.stages != "all" || !surface.arriving) return motions;
     constexpr int kStageBit = 30;  // of the random numbers' key
     const levelset::AdvectionOptions scheme = scheme_for(motions.front().law, run.recipe.advection);
     while (motions.size() < levelset::stage_count(scheme.time_integration)) {
@@ -237,8 +225,7 @@ std::shared_ptr<const TracedSurface> make_time_step(const Run& run, const Step& 
     // Extract, simplify, trace.
     auto surface = std::make_shared<const TracedSurface>(surface_with_fluxes(run, model, step, state));
     report_events(run, *surface, state);
-    const bool reused = surface->arriving && !surface->arriving->trace;
-    if (!state.endpoint.masks && !reused) note_masks(recipe, step, model, *surface, state);
+    if (!state.endpoint.masks) note_masks(recipe, step, model, *surface, state);
     auto [to_stop, key] = distance_to_stop(recipe, step, state, surface->raw);
     if (state.begins_step() && !state.endpoint.time)
         run.warn(stop_warning(recipe, step, state.step + 1, to_stop));
@@ -255,22 +242,17 @@ std::shared_ptr<const TracedSurface> make_time_step(const Run& run, const Step& 
     // Rates.
     levelset::Motion motion = motion_in_time_step(recipe, model, *surface, state);
     const TimeStep next = choose_time_step(recipe, step, model, state, motion, to_stop);
-    // React: coverages at the end of the time step. Fluxes that were carried over leave nothing new.
-    const FluxReuse reuse = next_reuse(recipe.flux.reuse, model, state.reuse,
-                                       state.begins_step() ? nullptr : &state.carried, *surface);
-    std::optional<SurfaceField> fresh;
-    if (!surface->arriving)
-        fresh.emplace();
-    else if (surface->arriving->trace)
-        fresh = field_to_carry(recipe, model, *surface, coverages_after(model, *surface, next.dt));
-    const std::vector<levelset::Motion> motions = stage_motions(
-        run, model, std::move(motion), *surface, fresh ? *fresh : state.carried, next.dt, state);
+    // React: coverages at the end of the time step.
+    SurfaceField carried;
+    if (surface->arriving)
+        carried = field_to_carry(recipe, model, *surface, coverages_after(model, *surface, next.dt));
+    const std::vector<levelset::Motion> motions =
+        stage_motions(run, model, std::move(motion), *surface, carried, next.dt, state);
     // Before anything is noted, so that a run which the observer interrupts goes on with this time step.
     if (run.options.observe) run.options.observe({step, model, state, surface, next.dt});
     // Record, advect.
     run.folder.record(state, step, *surface, next);
-    state.reuse = reuse;
-    if (fresh) state.carried = std::move(*fresh);
+    state.carried = std::move(carried);
     advance(recipe, motions, next, state);
     end_time_step(run, step, state);
     return nullptr;
@@ -298,8 +280,7 @@ Model last_model(const Run& run) {
     return still_model();
 }
 
-// Saves the final surface, with the fluxes that the last model would go on with, and the summary. The
-// checkpoint knows nothing of that surface: a longer recipe goes on from it as if it had been this one's.
+// Saves the final surface, with the fluxes that the last model would go on with, and the summary.
 RunResult finish(const Run& run, RunState& state) {
     run.folder.checkpoint(state);
     const Model model = last_model(run);
@@ -351,10 +332,9 @@ RunState built_wafer(const Recipe& recipe, const RunOptions& options) {
 
 }  // namespace
 
-RunResult run_recipe(const Recipe& began_with, const RunOptions& options) {
-    Recipe recipe = began_with;  // which the observer may change
+RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
     require_memory(recipe, domain_of(recipe), options.processes_here);
-    std::vector<Step> steps = expanded_steps(recipe);
+    const std::vector<Step> steps = expanded_steps(recipe);
     RunFolder folder(options, recipe);
     RunState state = folder.goes_on() ? resume_state(options.output, recipe) : built_wafer(recipe, options);
     flux::of_first(options.shares, 0);  // all have read what rank 0 is about to change
@@ -363,38 +343,14 @@ RunResult run_recipe(const Recipe& began_with, const RunOptions& options) {
         const Json summary = read_whole_summary(options.output);
         return {levelset::extract_surface(state.stack), summary.at("timing").get<Timing>(), summary};
     }
-    // When the checkpoint was written, of a finished run that is extended.
-    std::optional<std::filesystem::file_time_type> extended;
-    if (folder.goes_on() && folder.finished())
-        extended = std::filesystem::last_write_time(options.output / "checkpoint.vdb");
-    try {
-        folder.begin(state);
-        ProgressBar progress(options.title, total_duration(steps), recipe.domain.time_unit, !options.quiet,
-                             {.from = time_done(steps, state), .tenths = true});
-        std::set<std::string> reported;
-        std::vector<std::optional<double>> noise = noise_of_time_steps(recipe, steps);
-        const Run run{recipe,   steps, options, folder, progress, tbb::tick_count::now(), state.timing.total,
-                      reported, noise};
-        for (;;) {
-            try {
-                return make_run(run, state);
-            } catch (const Revised& revised) {
-                recipe = *revised.recipe;
-                const std::vector<Step> before = std::exchange(steps, expanded_steps(recipe));
-                if (state.step < before.size() && !stops_alike(steps[state.step], before[state.step]))
-                    state.endpoint = {};
-                state.reuse = {};  // what was traced is of the recipe before
-                state.methods.clear();
-                noise = noise_of_time_steps(recipe, steps);
-                folder.revise(state);
-            }
-        }
-    } catch (const Interrupted&) {
-        throw;
-    } catch (...) {
-        if (extended) rethrow_with_way_back(options.output, *extended);
-        throw;
-    }
+    folder.begin(state);
+    ProgressBar progress(options.title, total_duration(steps), recipe.domain.time_unit, !options.quiet,
+                         {.from = time_done(steps, state), .tenths = true});
+    std::set<std::string> reported;
+    const std::vector<std::optional<double>> noise = noise_of_time_steps(recipe, steps);
+    return make_run({recipe, steps, options, folder, progress, tbb::tick_count::now(), state.timing.total,
+                     reported, noise},
+                    state);
 }
 
 }  // namespace sidewall::app

@@ -115,7 +115,6 @@ struct FluxSection {
     std::int64_t batches = 32;              ///< independent parts; errors come from their scatter
     std::int64_t seed = 1;
     double memory = 2.0;  ///< GB, that radiosity's rays may take
-    double reuse = 0.0;   ///< fluxes serve further time steps until they have changed by so much; 0: one
     double averaging =
         0.0;  ///< models see fluxes averaged over the surface within this distance; 0: as traced
     std::string stages = "step";  ///< when they are traced: at the start of a time step, or "all" its stages
@@ -135,7 +134,7 @@ struct FluxSection {
 struct SimplifySection {
     std::string method = "auto";  ///< region-bounded where it pays (process/arriving/traced_mesh.hpp)
     std::optional<double> l0, step, l_max;
-    std::optional<double> feature_parameter = 0.5;  ///< absent: from the curvature's distribution
+    double feature_parameter = 0.5;
     std::vector<double> weights;                    ///< volume, boundary, shape; empty: the method's own
     std::int64_t target_vertices = 0;               ///< 0: none
     std::optional<double> max_error;                ///< hard bound; not for CGAL's method

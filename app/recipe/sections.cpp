@@ -159,10 +159,6 @@ std::vector<Key> keys_of(FluxSection& flux) {
         {"seed", &flux.seed, "", "of the random numbers", within(0.0, 4.0e18)},
         {"memory", &flux.memory, "GB", "that the rays of radiosity may take; it gathers no more",
          within(1e-3, 1e6)},
-        {"reuse", &flux.reuse, "",
-         "fluxes serve further time steps for as long as they change by less than this share of their mean; "
-         "0 = trace every time step",
-         within(0.0, 0.5)},
         {"averaging", &flux.averaging, kLength,
          "models see fluxes averaged over the surface within this distance, 0.25 to 8 grid spacings; 0 = as "
          "traced, less noise",
@@ -185,8 +181,7 @@ std::vector<Key> keys_of(SimplifySection& simplify) {
         {"step", &simplify.step, kLength, "growth of that length a ring away from features", kLengthOrAuto},
         {"l_max", &simplify.l_max, kLength, "no longer edge collapses", kLengthOrAuto},
         {"feature_parameter", &simplify.feature_parameter, "",
-         "C: a feature has |H| > C/dx or |K| > (C/dx)^2; auto: from the distribution of curvature",
-         kAboveZeroOrAuto},
+         "C: a feature has |H| > C/dx or |K| > (C/dx)^2", kPositive},
         {"weights",
          &simplify.weights,
          "",

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <cstdlib>
 #include <map>
 #include <tuple>
 
@@ -119,23 +118,6 @@ Json distance_charts(const Json& surface) {
     return chart;
 }
 
-Json five_ways_chart(const Json& entry) {
-    Json chart =
-        study_chart(fmt::format("Time to {:.3g} % flux error, sticking {:.3g}",
-                                100.0 * entry.at("target").get<double>(), entry.at("sticking").get<double>()),
-                    "depth [%], floor at 105", "CPU time [s]");
-    for (const Json& way : entry.at("ways")) {
-        if (way.at("best") != true) continue;
-        Json points = Json::array();
-        for (const Json& depth : way.at("by_depth")) {
-            const auto name = depth.at("depth").get<std::string>();
-            points.push_back({name == "floor" ? 105.0 : std::atof(name.c_str()) + 5.0, depth.at("seconds")});
-        }
-        chart["series"].push_back({{"name", way.at("way")}, {"marked", true}, {"points", std::move(points)}});
-    }
-    return chart;
-}
-
 }  // namespace
 
 Page comparison_page(const fs::path& folder, std::size_t bytes) {
@@ -185,8 +167,6 @@ Page study_page(const fs::path& folder, std::size_t /*bytes*/) {
               {"Tracing time", "CPU time [s]", "/trace/seconds/trace"}})
             charts.push_back(over_removal(surface, title, y, pointer));
         charts.insert(charts.begin() + 2, distance_charts(surface));
-        for (const Json& entry : surface.value("five_ways", Json::array()))
-            charts.push_back(five_ways_chart(entry));
         page.sections.push_back(
             charts_section(fmt::format("Surface {}", surface.at("surface").get<int>()), std::move(charts)));
     }

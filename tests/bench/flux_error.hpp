@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "app/evaluation/five_ways.hpp"
+#include "tests/bench/five_ways/five_ways.hpp"
 
 // The error of a flux against a reference run, each known from two independent calculations.
 namespace sidewall::bench {
@@ -26,7 +26,7 @@ struct FluxTruth {
 /// Traces a neutral twice on \p mesh, with half of the rays each.
 inline FluxPair trace_pair(const TriangleMesh& mesh, const TriangleMesh& surface, const flux::LateralBox& box,
                            double rays, double sticking, std::uint64_t seed) {
-    const app::MeshFlux flux(mesh, surface, box);
+    const MeshFlux flux(mesh, surface, box);
     FluxPair pair{.rays = rays};
     for (auto* values : {&pair.first, &pair.second})
         *values = flux.at_vertices(flux.traced(0.5 * rays, sticking, seed++, pair.seconds));

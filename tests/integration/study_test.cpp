@@ -1,7 +1,6 @@
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <string>
 
 #include "tests/folder.hpp"
@@ -28,9 +27,7 @@ TEST_CASE("study compares every method at equal numbers of vertices and writes i
     const auto outcome = run_program(folder.path, "study --quick --rays 20000 --recipes . -o out", 240);
     INFO(outcome.output);
     REQUIRE(outcome.exit_code == 0);
-    for (const char* text :
-         {"Verdicts", "simplification pays", "Five ways to 2 % at every depth", "| 2, 0.01 |"})
-        CHECK(outcome.output.find(text) != std::string::npos);
+    CHECK(outcome.output.find("Verdicts") != std::string::npos);
     for (const char* file : {"report.md", "study.csv", "surface1_region_simplified.vtp",
                              "surface2_lindstrom-turk-0.5-0.5-0_simplified.vtp"})
         CHECK(std::filesystem::exists(folder.path / "out" / file));
@@ -48,13 +45,6 @@ TEST_CASE("study compares every method at equal numbers of vertices and writes i
             CHECK(row["vertices"].get<double>() >= target - 0.01 * target - 2.0);
             CHECK(row["original_to_simplified"]["max"].get<double>() >=
                   row["original_to_simplified"]["mean"].get<double>());
-        }
-        REQUIRE(surface["five_ways"].size() == 2);  // stickings
-        for (const auto& entry : surface["five_ways"]) {
-            std::set<std::string> ways;
-            for (const auto& way : entry["ways"])
-                if (way["best"].get<bool>()) ways.insert(way["way"]);
-            CHECK(ways.size() == 5);
         }
     }
 }

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <utility>
 
@@ -19,16 +18,6 @@ namespace {
 // flux::kRoundingLeaks allows in the million rays that a species traces by default.
 constexpr double kSingleLeaks = 10.0;
 
-// What lowers a relative error above the one asked for.
-std::string remedy(const Recipe& recipe, const flux::FluxResult& result, const SpeciesMethod& method) {
-    if (result.discretisation_error > flux::kElementsAlone * *recipe.flux.relative_error)
-        return fmt::format(
-            "{:.3g} of it are the traced mesh's linear elements, so make grid_spacing or "
-            "simplify.l_max smaller",
-            result.discretisation_error);
-    return method.radiosity ? "allow more flux.max_rays and flux.memory" : "allow more flux.max_rays";
-}
-
 // The noise of a result above what was asked for, in a line; empty if it is not.
 std::string noise_warning(const Recipe& recipe, const flux::FluxResult& result, const SpeciesMethod& method,
                           std::uint32_t time_step) {
@@ -36,16 +25,15 @@ std::string noise_warning(const Recipe& recipe, const flux::FluxResult& result, 
     if (recipe.flux.relative_error && !(result.relative_error <= *recipe.flux.relative_error))
         return fmt::format(
             "time step {}: species {}: relative error {:.3g} after {} rays, above the {:.3g} asked "
-            "for: {} or ask for less",
+            "for: allow more flux.max_rays{} or ask for less",
             time_step, method.species, result.relative_error, result.emitted, *recipe.flux.relative_error,
-            remedy(recipe, result, method));
-    const double statistical = std::sqrt(
-        std::max(0.0, std::pow(result.relative_error, 2.0) - std::pow(result.discretisation_error, 2.0)));
-    if (!method.radiosity || !(method.target > 0.0) || !(statistical > kMissed * method.target)) return {};
+            method.radiosity ? " and flux.memory" : "");
+    if (!method.radiosity || !(method.target > 0.0) || !(result.relative_error > kMissed * method.target))
+        return {};
     return fmt::format(
         "time step {}: species {}: radiosity's relative error is {:.3g} after {} rays, above the {:.3g} of "
         "{} paths, at which auto compared the two: allow more flux.memory or use monte-carlo",
-        time_step, method.species, statistical, result.emitted, method.target, recipe.flux.rays);
+        time_step, method.species, result.relative_error, result.emitted, method.target, recipe.flux.rays);
 }
 
 // Refuses a surface with holes, and warns of noise above what was asked for.
@@ -99,7 +87,6 @@ void trace_pass(const Recipe& recipe, const Model& model, const TracedSurface& s
     if (species.front().desorbs && !emission.empty())
         options.emission_by_wedge = emission.subspan(pass.front() * wedges, wedges);
     options.reflected = pass.size() == 1 && has_direct(recipe, model, pass.front());
-    options.adjoint = options.adjoint && !options.reflected;  // it is for first arrivals, which are known
     std::vector<flux::FluxResult> results = flux::trace_fluxes(
         surface.flown(), *surface.scene, surface.box, species, arriving.materials, arriving.wedges, options);
     for (std::size_t i = 0; i < pass.size(); ++i) arriving.trace->species[pass[i]] = std::move(results[i]);
@@ -139,11 +126,9 @@ void trace_by_methods(const Recipe& recipe, const Model& model, const TracedSurf
 }
 
 // Arrivals that would make as much flux with weight 1 each. A species traced on the paths of one that sticks
-// less arrives far more often, with little weight. Adjoint paths leave no element to chance: all know their
-// errors.
+// less arrives far more often, with little weight.
 std::uint64_t whole_arrivals(const flux::LateralBox& box, const flux::Wedges& wedges,
                              const flux::FluxResult& result) {
-    if (result.adjoint) return std::numeric_limits<std::uint64_t>::max();
     if (result.pass_species == 1) return result.arrivals;
     double sum = 0.0;
     for (std::size_t w = 0; w < wedges.count(); ++w) sum += wedges.area[w] * result.wedge.flux[w];
@@ -245,12 +230,6 @@ std::vector<std::vector<std::size_t>> traced_passes(const Model& model,
 
 }  // namespace
 
-void add_direct_parts(const Recipe& recipe, const Model& model, const TracedSurface& surface,
-                      SurfaceFlux& arriving) {
-    arriving.direct = direct_parts(recipe, model, surface, arriving.wedges);
-    join_parts(surface, arriving);
-}
-
 SharedTraces shared_traces(const Model& model, std::vector<SpeciesMethod> methods) {
     std::vector<std::vector<std::size_t>> passes = traced_passes(model, methods);
     return {std::move(methods), std::move(passes)};
@@ -280,7 +259,6 @@ flux::TraceOptions trace_options(const Recipe& recipe, const TraceRequest& reque
     options.progress = request.progress;
     options.stop = request.stop;
     options.shares = request.shares;
-    options.adjoint = recipe.flux.method == "auto";
     return options;
 }
 

@@ -56,7 +56,7 @@ def simplify(
     target_vertices: Optional[int] = None,
     weights: Optional[Tuple[float, float, float]] = None,
     max_error: Optional[float] = None,
-    feature_parameter: Union[float, str] = 0.5,
+    feature_parameter: float = 0.5,
     grid_spacing: Optional[float] = None,
     material: Optional[ArrayLike] = None,
 ) -> Mesh: ...
@@ -114,7 +114,6 @@ class TimeStep:
     def profile(self, plane: str = "y=0") -> List[Floats]: ...
 
 class Simulation:
-    recipe: Recipe
     output: Path
     summary: Optional[Dict[str, Any]]
     def __init__(

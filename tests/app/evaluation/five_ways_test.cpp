@@ -1,4 +1,4 @@
-#include "app/evaluation/five_ways.hpp"
+#include "tests/bench/five_ways/five_ways.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -6,13 +6,13 @@
 #include <random>
 
 #include "app/common/json.hpp"
-#include "app/evaluation/study.hpp"
 #include "flux/tracer/tracer.hpp"
 #include "flux/wedges.hpp"
 #include "surface/ray_scene.hpp"
 
 using namespace sidewall;
 using namespace sidewall::app;
+using namespace sidewall::bench;
 
 namespace {
 
@@ -169,15 +169,12 @@ TEST_CASE(
         CHECK(std::abs(at["shift"].get<double>()) < 3.0 * at["noise"].get<double>() / std::sqrt(49.0));
         if (way["way"].get<std::string>().starts_with("simplified")) CHECK(fixed >= 3.0);
     }
-    Json study;
-    study["surfaces"] = Json::array({{{"surface", 1}, {"grid", {{"levels", {1}}}}, {"rows", Json::array()}}});
-    study["surfaces"][0]["five_ways"] = Json::array({entry});
-    const std::string report = study_report(study);
+    const std::string report = five_ways_table("1", Json::array({entry}));
     CHECK(report.find("(coarse)") != std::string::npos);
     CHECK(report.find("not reached") == std::string::npos);
 }
 
-TEST_CASE("a way whose bias is beyond the target is not reached, and the report says by how much") {
+TEST_CASE("a way whose bias is beyond the target is not reached, and the table says by how much") {
     const auto way = [](const char* name, const char* variant, double bias, Json seconds) {
         return Json{
             {"way", name}, {"variant", variant}, {"best", true}, {"bias", bias}, {"seconds", seconds}};
@@ -187,11 +184,9 @@ TEST_CASE("a way whose bias is beyond the target is not reached, and the report 
                                  way("raw top-down, smoothed", "1 round", 0.001, 20.0),
                                  way("simplified top-down", "region, 90 %", 0.034, nullptr),
                                  way("simplified radiosity", "region, 90 %", 0.002, 2.5)});
-    Json study;
-    study["surfaces"] = Json::array({{{"surface", 1}, {"grid", {{"levels", {1}}}}, {"rows", Json::array()}}});
-    study["surfaces"][0]["five_ways"] = Json::array({entry});
     CHECK(
-        study_report(study).find(
-            "| 1, 0.1 | 40 | 20 (1 round) | not reached (3.4 %) (region, 90 %) | 10 | 2.5 (region, 90 %) | 4 |") !=
+        five_ways_table("1", Json::array({entry}))
+            .find(
+                "| 1, 0.1 | 40 | 20 (1 round) | not reached (3.4 %) (region, 90 %) | 10 | 2.5 (region, 90 %) | 4 |") !=
         std::string::npos);
 }

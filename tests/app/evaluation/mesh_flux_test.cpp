@@ -2,7 +2,6 @@
 #include <cmath>
 #include <random>
 
-#include "app/evaluation/five_ways.hpp"
 #include "tests/bench/flux_error.hpp"
 
 using namespace sidewall;
@@ -74,9 +73,9 @@ TEST_CASE("smoothing over neighbours takes noise down and keeps a linear flux aw
     NoisyFlux plane(40);
     const FluxPair exact = plane.noisy(0.0, 0.0);
     const std::size_t middle = 20 * 41 + 20;
-    CHECK(app::smoothed(exact.first, plane.mesh, 1)[middle] == Approx(exact.first[middle]).epsilon(1e-12));
+    CHECK(smoothed(exact.first, plane.mesh, 1)[middle] == Approx(exact.first[middle]).epsilon(1e-12));
     FluxPair pair = plane.noisy(0.0, 0.2);
     const double before = flux_error(pair, plane.truth, 0.02).noise;
-    for (auto* values : {&pair.first, &pair.second}) *values = app::smoothed(*values, plane.mesh, 4);
+    for (auto* values : {&pair.first, &pair.second}) *values = smoothed(*values, plane.mesh, 4);
     CHECK(flux_error(pair, plane.truth, 0.02).noise < 0.5 * before);
 }

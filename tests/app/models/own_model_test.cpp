@@ -6,7 +6,7 @@
 #include "levelset/layers/make_stack.hpp"
 #include "levelset/layers/stack.hpp"
 
-// The worked example of app/models/README.md: a model as one would write it in a file of its own.
+// The worked example of docs/models.md: a model as one would write it in a file of its own.
 namespace sidewall::app {
 namespace {
 

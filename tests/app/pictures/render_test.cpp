@@ -8,7 +8,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "app/pictures/film_strip.hpp"
+#include "app/pictures/render_all.hpp"
 #include "app/pictures/render_scene.hpp"
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"
@@ -329,21 +329,16 @@ TEST_CASE("render draws the saved surface of a time or a number, with its own in
     CHECK(saved_at(saved, 2.4).number == 0);
     CHECK(saved_at(saved, 2.6).number == 1);
     CHECK(saved_at(saved, 5.0).number == 1);
-    CHECK(saved_number(saved, 0).file.filename() == "surface_0000.vtp");
     for (const double bad : {-1.0, 5.1, 1e300, std::nan(""), 1.0 / 0.0})
         CHECK_THROWS_WITH(saved_at(saved, bad), Contains("--time") && Contains("from time 0 to 5"));
-    for (const long long bad : {-1LL, 2LL, 1LL << 40})
-        CHECK_THROWS_WITH(saved_number(saved, bad), Contains("--frame") && Contains("0 to 1"));
 
     const std::string options = " --size 96x72 --cut y=0 -o " + in;
     const auto bytes = [&](const char* name) { return surface::read_whole_file(in + "/" + name); };
     command(in + options + "/last.png");
     command(in + options + "/time.png --time 4.9");
-    command(in + options + "/frame.png --frame 1");
     // The file alone finds the interface beside it.
     command(in + "/surface_0001.vtp" + options + "/file.png");
     CHECK(bytes("time.png") == bytes("last.png"));
-    CHECK(bytes("frame.png") == bytes("last.png"));
     CHECK(bytes("file.png") == bytes("last.png"));
     command(in + options + "/first.png --time 0");
     CHECK(bytes("first.png") != bytes("last.png"));
@@ -352,7 +347,7 @@ TEST_CASE("render draws the saved surface of a time or a number, with its own in
     CHECK(bytes("alone.png") != bytes("last.png"));
 }
 
-TEST_CASE("render --all draws every saved surface in one view and one range, and a strip of them") {
+TEST_CASE("render --all draws every saved surface in one view and one range") {
     const test::Folder folder;
     test::write_result_folder(folder.path);
     const std::string in = folder.path.string();
@@ -360,18 +355,7 @@ TEST_CASE("render --all draws every saved surface in one view and one range, and
     std::set<std::string> names;
     for (const auto& entry : std::filesystem::directory_iterator(in + "/film"))
         names.insert(entry.path().filename().string());
-    CHECK(names ==
-          std::set<std::string>{"pictures.txt", "strip.png", "surface_0000.png", "surface_0001.png"});
-    // Pictures of a longer run go; what no list names stays.
-    const auto write = [&](const std::string& name, const std::string& text) {
-        std::ofstream(in + "/film/" + name) << text;
-    };
-    write("pictures.txt", "strip.png\nsurface_0001.png\nsurface_0002.png\n../recipe.toml\n../away.png\n");
-    for (const std::string name : {"surface_0002.png", "surface_0003.png", "../away.png"}) write(name, "old");
-    command(in + " --all -o " + in + "/film --size 96x72 --cut y=0 --color flux");
-    CHECK_FALSE(std::filesystem::exists(in + "/film/surface_0002.png"));
-    CHECK(std::filesystem::exists(in + "/film/surface_0003.png"));
-    CHECK(std::filesystem::exists(in + "/away.png"));
+    CHECK(names == std::set<std::string>{"surface_0000.png", "surface_0001.png"});
 
     RenderOptions options;
     options.width = options.height = 64;
@@ -379,7 +363,7 @@ TEST_CASE("render --all draws every saved surface in one view and one range, and
     std::vector<std::string> lines;
     render_all(folder.path, options, folder.path / "again",
                [&](const std::string& line) { lines.push_back(line); });
-    REQUIRE(lines.size() == 3);
+    REQUIRE(lines.size() == 2);
     // The first surface was saved before there were fluxes.
     CHECK_THAT(lines[0], Contains("surface_0000.vtp, time 5 s, without flux_neutral"));
     CHECK_THAT(lines[1], Contains("surface_0001.vtp, time 5 s") && !Contains("without"));
@@ -405,14 +389,12 @@ TEST_CASE("bad arguments of the render command are usage errors that leave no pi
     for (const std::string bad :
          {" --size 96", " --size 96x0", " --size 1e9x1e9", " --size 96.5x72", " --view 30", " --view 30,99",
           " --view a,b", " --cut w=1", " --cut y=9", " --color nothing", " --range 1,1", " --range 2,1",
-          " --range 0,nan", " --time 9", " --time nan", " --frame -1", " --frame 2", " --all"}) {
+          " --range 0,nan", " --time 9", " --time nan", " --all"}) {
         CAPTURE(bad);
         CHECK_THROWS_AS(command(in + out + bad), RecipeError);
     }
     CHECK_THROWS_AS(command(in + " -o " + in + "/a.jpg"), RecipeError);
-    CHECK_THROWS_AS(command(in + out + " --time 0 --frame 0"), CLI::ParseError);
-    for (const std::string of_a_folder : {" --time 0", " --frame 0"})
-        CHECK_THROWS_WITH(command(in + "/surface_0001.vtp" + out + of_a_folder), Contains("name the folder"));
+    CHECK_THROWS_WITH(command(in + "/surface_0001.vtp" + out + " --time 0"), Contains("name the folder"));
     CHECK_THROWS_AS(command(in + "/none.vtp" + out), FileError);
     CHECK_FALSE(std::filesystem::exists(in + "/a.png"));
     CHECK_THROWS_AS(command(in + " --size 64x64 -o " + in + "/summary.json/a.png"), IoError);

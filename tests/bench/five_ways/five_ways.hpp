@@ -11,7 +11,9 @@
 #include "surface/ray_scene.hpp"
 #include "surface/triangle_mesh.hpp"
 
-namespace sidewall::app {
+namespace sidewall::bench {
+
+using app::Json;
 
 /// Repeats of one way to a flux with other random numbers, as values at the vertices of the surface under study.
 struct FluxRuns {
@@ -80,6 +82,14 @@ struct FiveWaysOptions {
 Json five_ways(std::span<const SimplifiedMesh> meshes, const flux::LateralBox& box,
                const FiveWaysOptions& options);
 
+/// The entries of five_ways in Markdown, a row a sticking: CPU seconds of the best variant of each way, in brackets the variant and,
+/// where it does not get there, what it is off by however many rays it has; how many times as fast the fastest way with
+/// simplification is as the fastest without.
+std::string five_ways_table(const std::string& surface, const Json& entries);
+
+/// An entry of five_ways in Markdown: CPU seconds of the best variant of each way, a row a depth.
+std::string depth_table(const Json& entry);
+
 /// A mesh on which a neutral's fluxes are calculated, to be read at the vertices of another mesh of the same surface. Keeps a
 /// reference to the mesh.
 struct MeshFlux {
@@ -107,4 +117,4 @@ struct MeshFlux {
 /// Averages each vertex's value with its neighbours', area-weighted, \p rounds times; creases are not crossed.
 std::vector<double> smoothed(std::vector<double> values, const TriangleMesh& surface, int rounds);
 
-}  // namespace sidewall::app
+}  // namespace sidewall::bench

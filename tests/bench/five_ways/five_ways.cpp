@@ -1,6 +1,7 @@
-#include "app/evaluation/five_ways.hpp"
+#include "tests/bench/five_ways/five_ways.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <tbb/parallel_for.h>
 #include <algorithm>
@@ -15,7 +16,10 @@
 #include "flux/radiosity/radiosity.hpp"
 #include "flux/tracer/tracer.hpp"
 
-namespace sidewall::app {
+namespace sidewall::bench {
+
+using namespace app;
+
 namespace {
 
 using Values = std::vector<double>;
@@ -191,7 +195,62 @@ auto timed(double& seconds, Make&& make) {
     return made;
 }
 
+// Seconds to the target at every depth, and the variant.
+std::string way_text(const Json& way) {
+    const std::string text = way["seconds"].is_null()
+                                 ? fmt::format("not reached ({:.2g} %)", 100.0 * way["bias"].get<double>())
+                                 : fmt::format("{:.3g}", way["seconds"]);
+    return way["variant"] == "" ? text : fmt::format("{} ({})", text, way["variant"]);
+}
+
+// How many times as fast the fastest way with simplification is as the fastest without.
+double gain(const Json& entry) {
+    double raw = kInfinity, simplified = kInfinity;
+    for (const Json& way : entry["ways"]) {
+        double& least = way["way"].get<std::string>().starts_with("simplified") ? simplified : raw;
+        if (!way["seconds"].is_null()) least = std::min(least, way["seconds"].get<double>());
+    }
+    return raw / simplified;
+}
+
 }  // namespace
+
+std::string five_ways_table(const std::string& surface, const Json& entries) {
+    const std::vector<std::string> names{"surface, sticking",
+                                         "raw top-down",
+                                         "raw top-down, smoothed",
+                                         "simplified top-down",
+                                         "raw radiosity",
+                                         "simplified radiosity",
+                                         "simplification pays, times as fast"};
+    std::string table = fmt::format("| {} |\n", fmt::join(names, " | "));
+    for (const Json& entry : entries) {
+        std::vector<std::string> cells;
+        for (const std::string& name : names)
+            for (const Json& way : entry["ways"])
+                if (way["way"] == name && way["best"] == true) cells.push_back(way_text(way));
+        table += fmt::format("| {}, {:.3g} | {} | {:.2g} |\n", surface, entry["sticking"],
+                             fmt::join(cells, " | "), gain(entry));
+    }
+    return table;
+}
+
+std::string depth_table(const Json& entry) {
+    std::vector<std::vector<std::string>> rows{{"depth", "flux"}};
+    for (const Json& depth : entry["ways"][0]["by_depth"])
+        rows.push_back({depth["depth"], fmt::format("{:.2g}", depth["flux"])});
+    for (const Json& way : entry["ways"]) {
+        if (way["best"] != true) continue;
+        rows[0].push_back(way["way"]);
+        for (std::size_t k = 1; k < rows.size(); ++k) {
+            const Json& seconds = way["by_depth"][k - 1]["seconds"];
+            rows[k].push_back(seconds.is_null() ? "not reached" : fmt::format("{:.3g}", seconds));
+        }
+    }
+    std::string table;
+    for (const auto& row : rows) table += fmt::format("| {} |\n", fmt::join(row, " | "));
+    return table;
+}
 
 std::vector<DepthBin> depth_bins(const TriangleMesh& surface) {
     std::vector<Vec3> normal(surface.vertices.size(), Vec3::Zero());
@@ -342,4 +401,4 @@ std::vector<double> smoothed(std::vector<double> values, const TriangleMesh& sur
     return values;
 }
 
-}  // namespace sidewall::app
+}  // namespace sidewall::bench
