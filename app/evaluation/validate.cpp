@@ -100,7 +100,9 @@ std::vector<double> figures_of(const ValidationCase& one, const CaseRun& made,
                                               .resume_command = options.resume_command,
                                               .warn = print_warning});
     seconds += run.summary["timing"]["total"].get<double>();  // as rounded as that of a run that was there
-    const TriangleMesh start = surface::read_mesh(folder / "surface_0000.vtp");
+    // What was traced has the sharp edges that a surface of several materials is saved without.
+    const fs::path traced = folder / "traced_0000.vtp";
+    const TriangleMesh start = surface::read_mesh(is_there(traced) ? traced : folder / "surface_0000.vtp");
     std::vector<double> figures;
     for (const std::size_t row : made.rows) {
         const ReferenceFigure& figure = one.figures[row];
