@@ -205,10 +205,14 @@ double DirectFlux::azimuth_of(std::size_t beam) const {
 std::vector<Vec3> DirectFlux::towards(std::size_t beam, std::size_t alike) const {
     const double turn = azimuth_of(beam);
     const std::size_t groups = sample_.size() / images_, images = std::max<std::size_t>(1, images_ / alike),
-                      count = (beams_ > 1 ? 16 : 64) / images,
+                      count = (beams_ > 1  ? 16
+                               : alike > 2 ? 256
+                                           : 64) /
+                              images,
                       every = std::max<std::size_t>(1, groups / count);
-    // The two ends of the list, which are the widest and the narrowest direction of a source cos^n, then the
-    // middle between what is there: the first few are from all over the beam.
+    // A round wafer has few places to look from, and at its axis all directions of one polar angle see the
+    // same. The two ends of the list, which are the widest and the narrowest direction of a source cos^n,
+    // then the middle between what is there: the first few are from all over the beam.
     std::vector<std::size_t> order{count - 1, 0};
     for (std::size_t step = count / 2; step > 0; step /= 2)
         for (std::size_t k = step; k + 1 < count; k += 2 * step) order.push_back(k);
