@@ -206,11 +206,13 @@ std::string section_of(const Json& row) {
         const auto unit = reading.at("unit").get<std::string>();
         const double bar = reading.at("reference_bar").get<double>();
         const auto role = reading.at("role").get<std::string>();
+        const Json& percent = reading.at("deviation_percent");  // none of 0
         const char* within = reading.at("within_bars").get<bool>() ? "yes" : "no";
-        page += fmt::format("| {}{} | {:.5g} | {:.2g} | {:.2g} | {:.6g}{} | {:.2g} % | {} |\n",
-                            reading.at("label"), unit == "1" ? "" : ", in " + unit, reading.at("ours"),
-                            reading.at("noise"), reading.at("grid"), reading.at("reference"),
-                            bar > 0.0 ? fmt::format(" +- {:.2g}", bar) : "", reading.at("deviation_percent"),
+        page += fmt::format("| {}{} | {:.5g} | {:.2g} | {:.2g} | {:.6g}{} | {} | {} |\n", reading.at("label"),
+                            unit == "1" ? "" : ", in " + unit, reading.at("ours"), reading.at("noise"),
+                            reading.at("grid"), reading.at("reference"),
+                            bar > 0.0 ? fmt::format(" +- {:.2g}", bar) : "",
+                            percent.is_null() ? "" : fmt::format("{:.2g} %", percent),
                             role.empty()       ? within
                             : role == "fitted" ? role
                                                : fmt::format("{}, {}", within, role));

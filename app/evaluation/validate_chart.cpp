@@ -37,7 +37,7 @@ struct Axis {
         if (logarithmic) step = std::max(1.0, std::round(step));
         std::vector<double> values;
         for (double k = std::ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; ++k)
-            values.push_back(logarithmic ? std::pow(10.0, k * step) : k * step);
+            values.push_back(logarithmic ? std::pow(10.0, k * step) : k * step + 0.0);  // no -0
         return values;
     }
 };
