@@ -169,7 +169,7 @@ TEST_CASE("a folder is a case: figures that its recipe does not ask for, a profi
 }
 
 TEST_CASE(
-    "rows set keys and share runs; fitted ones are not counted; chart, report and history have every figure") {
+    "rows set keys and share runs, fitted ones are not counted, and charts, report and history have every figure") {
     const OneCase one("even_film");
     test::write_bytes(one.table,
                       "# title: t\n# source: s\n# fitted: nothing but for show\n# x: rate\n"
