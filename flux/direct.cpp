@@ -50,8 +50,8 @@ std::vector<SourceSample> source_samples(const Species& species, const Vec3& axi
         const Vec3 towards = -turned(draw(around), spread * (std::fmod(16.0 * around, 1.0) - 0.5));
         if (!(towards.z() > 1e-6)) return;
         for (std::size_t image = 0; image < images; ++image)
-            samples.push_back({{image < 2 ? towards.x() : -towards.x(),
-                                image % 2 == 0 ? towards.y() : -towards.y(), towards.z()},
+            samples.push_back({{images == 4 && image % 2 == 1 ? -towards.x() : towards.x(),
+                                image == images - 1 || image == 2 ? -towards.y() : towards.y(), towards.z()},
                                weight,
                                energetic});
     };
@@ -202,17 +202,24 @@ double DirectFlux::azimuth_of(std::size_t beam) const {
     return azimuth_ + 2.0 * kPi * static_cast<double>(beam) / static_cast<double>(beams_);
 }
 
-std::vector<Vec3> DirectFlux::towards(std::size_t beam) const {
+std::vector<Vec3> DirectFlux::towards(std::size_t beam, std::size_t alike) const {
     const double turn = azimuth_of(beam);
-    // Every so many of the samples with their images, in an order in which the first few are from all over
-    // the beam.
-    constexpr std::size_t kTurns = 4;
-    const std::size_t groups = sample_.size() / images_, count = beams_ > 1 ? 8 : 64 / images_,
+    const std::size_t groups = sample_.size() / images_, images = std::max<std::size_t>(1, images_ / alike),
+                      count = (beams_ > 1  ? 16
+                               : alike > 2 ? 256
+                                           : 64) /
+                              images,
                       every = std::max<std::size_t>(1, groups / count);
+    // A round wafer has few places to look from, and at its axis all directions of one polar angle see the
+    // same. The two ends of the list, which are the widest and the narrowest direction of a source cos^n,
+    // then the middle between what is there: the first few are from all over the beam.
+    std::vector<std::size_t> order{count - 1, 0};
+    for (std::size_t step = count / 2; step > 0; step /= 2)
+        for (std::size_t k = step; k + 1 < count; k += 2 * step) order.push_back(k);
     std::vector<Vec3> directions;
-    for (std::size_t first = 0; first < kTurns; ++first)
-        for (std::size_t n = every / 2 + first * every; n < groups; n += kTurns * every)
-            for (std::size_t image = 0; image < images_; ++image)
+    for (const std::size_t k : order)
+        if (const std::size_t n = every / 2 + k * every; n < groups)
+            for (std::size_t image = 0; image < images; ++image)
                 directions.push_back(turned(sample_[n * images_ + image], turn));
     return directions;
 }
@@ -256,11 +263,9 @@ std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const Tri
     const Lookouts from = lookouts(mesh, wedges, box, 2.0 * kOverlap * geometry.skin, coarse);
     std::vector<std::vector<double>> open(direct.beams(), std::vector<double>(wedges.count(), 0.0));
     for (std::size_t b = 0; b < direct.beams(); ++b) {
-        std::vector<Vec3> towards = direct.towards(b);
-        if (geometry.straight) {  // beside its mirror image, a direction in the plane would stand twice
-            for (Vec3& d : towards) d.y() = 0.0;
-            towards.erase(std::unique(towards.begin(), towards.end()), towards.end());
-        }
+        std::vector<Vec3> towards = direct.towards(b, box.axial ? 4 : geometry.straight ? 2 : 1);
+        for (Vec3& d : towards)
+            if (geometry.straight) d.y() = 0.0;
         // The share of what an open surface would get that arrives.
         const auto share_at = [&](const Lookout& out) {
             std::array<Vec3, surface::RayPacket::kRays> paths;

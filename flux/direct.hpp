@@ -32,7 +32,9 @@ class DirectFlux {
     std::size_t tallies() const { return scale_.size(); }
     std::size_t beams() const { return beams_; }
     /// Directions towards beam \p beam of the source that stand for all of it; unit vectors.
-    std::vector<Vec3> towards(std::size_t beam) const;
+    /// Each stands beside its mirror images in x, unless the beam is tilted, and in y, so that symmetric surfaces get the same.
+    /// \param alike  images of a direction that see the same: 2, those in y, of a profile in x and z; 4 of a round one; else 1.
+    std::vector<Vec3> towards(std::size_t beam, std::size_t alike) const;
 
     /// Adds F_k(\p normal) on \p material to \p flux, by tally.
     /// \param open  by beam: the share of it that the surface sees.

@@ -30,7 +30,7 @@ void add_report_command(CLI::App& program) {
         "Put a folder of results on one page that opens in any browser, offline: 3-D view, charts, tables, recipe");
     auto folder = std::make_shared<std::string>(), output = std::make_shared<std::string>();
     add_option(command, "input", *folder, "DIR",
-               "Folder that `run`, `sweep`, `fit`, `compare` or `study` wrote, finished or not",
+               "Folder that `run`, `sweep`, `fit`, `compare`, `study` or `validate` wrote, finished or not",
                {.required = true});
     add_option(
         command, "-o,--output", *output, "FILE.html",

@@ -22,7 +22,9 @@ void print(const Json& one) {
     for (const Json& reading : one["readings"])
         print_plain("  {:<38} {:>9.5g}  reference {:>9.5g}  {:>7.5g} %  {}\n", reading["label"],
                     reading["ours"], reading["reference"], reading["deviation_percent"],
-                    reading["within_bars"].get<bool>() ? "within the bars" : "outside of the bars");
+                    reading["role"] == "fitted"          ? "fitted"
+                    : reading["within_bars"].get<bool>() ? "within the bars"
+                                                         : "outside of the bars");
     std::fflush(stdout);
 }
 
@@ -59,6 +61,8 @@ void add_validate_command(CLI::App& program) {
     add_option(
         command, "-o,--output", a->options.output, "DIR",
         "Folder for the report validation.md, validation.json and the runs (default: results/validation)");
+    add_option(command, "--history", a->options.history, "FILE",
+               "Also keep the figures there, a CSV file that has those of other versions, too");
     CLI::Option& resume =
         *command.add_flag("--resume", a->options.resume,
                           "Go on after an interruption: runs that are there, of the same recipes and "

@@ -1,6 +1,7 @@
 #include "app/evaluation/validate.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cctype>
@@ -12,8 +13,10 @@
 #include "app/common/console.hpp"
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"
+#include "app/common/text.hpp"
 #include "app/common/version.hpp"
 #include "app/evaluation/validate_cases.hpp"
+#include "app/evaluation/validate_chart.hpp"
 #include "app/fit/fit_profile.hpp"
 #include "app/process/record/run_folder.hpp"
 #include "app/process/simulation.hpp"
@@ -34,8 +37,9 @@ constexpr const char* kReport = "validation.json";
 // is claimed to be better known.
 constexpr double kResolution = 0.1;
 
-// Mean over the area of the triangles that count, or their sum by the opening's area.
-double flux_figure(const TriangleMesh& mesh, const ReferenceFigure& figure, const Recipe& recipe) {
+// Mean over the area of the triangles that count, or their sum by the opening's area. In a round wafer area
+// grows with r.
+double surface_figure(const TriangleMesh& mesh, const ReferenceFigure& figure, const Recipe& recipe) {
     const Attribute *flux = mesh.triangle_attribute(figure.figure),
                     *material = mesh.triangle_attribute("material");
     if (flux == nullptr || material == nullptr) return kNone;
@@ -50,8 +54,9 @@ double flux_figure(const TriangleMesh& mesh, const ReferenceFigure& figure, cons
                             (figure.where != "wall" || std::abs(up) <= kLevel) &&
                             (!wanted || material->values[t] == *wanted);
         if (!counts) continue;
-        sum += a * flux->values[t];
-        area += a;
+        const double weight = recipe.domain.symmetry == Symmetry::axial ? a * centroid.x() : a;
+        sum += weight * flux->values[t];
+        area += weight;
     }
     if (figure.opening > 0.0) area = figure.opening;
     return area > 0.0 ? sum / area : kNone;
@@ -74,12 +79,18 @@ bool has_begun(const fs::path& folder, const Recipe& recipe) {
     return true;
 }
 
-// The figures of a run, in the order of the table; NaN where one does not exist.
-std::vector<double> run_case(const ValidationCase& one, const char* suffix,
-                             const std::vector<std::string>& changes, const ValidationOptions& options,
-                             double& seconds) {
-    const fs::path folder = options.output / (one.name + suffix);
-    const Recipe recipe = case_recipe(one, changes);
+// A run of a case: which rows have it, and what differs from their recipe.
+struct CaseRun {
+    std::vector<std::size_t> rows;
+    std::string suffix;  // of its folder
+    std::vector<std::string> changes;
+};
+
+// The figures of a run's rows; NaN where one does not exist.
+std::vector<double> figures_of(const ValidationCase& one, const CaseRun& made,
+                               const ValidationOptions& options, double& seconds) {
+    const fs::path folder = options.output / (one.name + made.suffix);
+    const Recipe recipe = case_recipe(one, made.rows, made.changes);
     const bool resume = options.resume && has_begun(folder, recipe);
     const RunResult run = run_recipe(recipe, {.output = folder,
                                               .resume = resume,
@@ -89,49 +100,81 @@ std::vector<double> run_case(const ValidationCase& one, const char* suffix,
                                               .resume_command = options.resume_command,
                                               .warn = print_warning});
     seconds += run.summary["timing"]["total"].get<double>();  // as rounded as that of a run that was there
-    const TriangleMesh start = surface::read_mesh(folder / "surface_0000.vtp");
+    // What was traced has the sharp edges that a surface of several materials is saved without.
+    const fs::path traced = folder / "traced_0000.vtp";
+    const TriangleMesh start = surface::read_mesh(is_there(traced) ? traced : folder / "surface_0000.vtp");
     std::vector<double> figures;
-    for (const ReferenceFigure& figure : one.figures)
-        figures.push_back(figure.is_flux() ? flux_figure(start, figure, recipe)
-                          : figure.is_profile()
-                              ? profile_figure((one.folder / figure.figure).string(), recipe, folder)
-                              : figure_of(run.summary, figure.figure));
+    for (const std::size_t row : made.rows) {
+        const ReferenceFigure& figure = one.figures[row];
+        figures.push_back((figure.is_of_surface() ? surface_figure(start, figure, recipe)
+                           : figure.is_profile()
+                               ? profile_figure((one.folder / figure.figure).string(), recipe, folder)
+                               : figure_of(run.summary, figure.figure)) /
+                          figure.per);
+    }
     return figures;
 }
 
+// A row of the report: what the runs on the case's grid, on twice the spacing and with another seed have
+// found.
+Json reading(const ReferenceFigure& figure, double ours, double coarse, double other, double least) {
+    const double noise = std::abs(other - ours), grid = std::max(least, std::abs(coarse - ours));
+    const double deviation = ours - figure.reference, bars = noise + grid + figure.bar;
+    return {{"label", figure.label},
+            {"unit", figure.unit},
+            {"x", number_or_null(figure.x)},
+            {"role", figure.role},
+            {"ours", number_or_null(ours, kDigits)},
+            {"noise", number_or_null(noise, 2)},
+            {"grid", number_or_null(grid, 2)},
+            {"reference", number_or_null(figure.reference, 8)},
+            {"reference_bar", number_or_null(figure.bar, 2)},
+            {"deviation", number_or_null(deviation, 3)},
+            {"deviation_percent", number_or_null(100.0 * deviation / figure.reference, 3)},
+            {"within_bars", std::abs(deviation) <= bars}};
+}
+
+// The profile of a run over a measured one that is a row of it.
+Json profile_chart(const ValidationCase& one, std::size_t row, const fs::path& run) {
+    const Recipe recipe = case_recipe(one, {row});
+    const MeasuredProfile profile =
+        read_measured_profile((one.folder / one.figures[row].figure).string(), recipe.domain.length_unit);
+    return chart_of_profile(contour_of(run, recipe, profile.time), profile, recipe.domain.length_unit);
+}
+
 Json validate_case(const ValidationCase& one, const ValidationOptions& options) {
-    double seconds = 0.0;
-    const auto run = [&](const char* suffix, const std::vector<std::string>& changes) {
-        return run_case(one, suffix, changes, options, seconds);
-    };
-    const Recipe recipe = case_recipe(one);
-    const double spacing = recipe.domain.grid_spacing;
-    const std::vector<double> ours = run("", {}),
-                              coarse = run("-coarse", {fmt::format("domain.grid_spacing={}", 2.0 * spacing)}),
-                              other = traces(recipe) ? run("-seed", {"flux.seed=2"}) : ours;
-    Json json{{"name", one.name},        {"title", one.title},
-              {"source", one.source},    {"note", one.note},
-              {"grid_spacing", spacing}, {"recipe", one.recipe},
-              {"table", one.table},      {"seconds", number_or_null(seconds, 3)},
-              {"version", version()},    {"readings", Json::array()}};
-    for (std::size_t k = 0; k < one.figures.size(); ++k) {
-        const ReferenceFigure& figure = one.figures[k];
-        const double least = figure.unit == recipe.domain.length_unit ? kResolution * spacing : 0.0;
-        const double noise = std::abs(other[k] - ours[k]),
-                     grid = std::max(least, std::abs(coarse[k] - ours[k]));
-        const double deviation = ours[k] - figure.reference, bars = noise + grid + figure.bar;
-        json["readings"].push_back(
-            Json{{"label", figure.label},
-                 {"unit", figure.unit},
-                 {"ours", number_or_null(ours[k], kDigits)},
-                 {"noise", number_or_null(noise, 2)},
-                 {"grid", number_or_null(grid, 2)},
-                 {"reference", number_or_null(figure.reference, 8)},
-                 {"reference_bar", number_or_null(figure.bar, 2)},
-                 {"deviation", number_or_null(deviation, 3)},
-                 {"deviation_percent", number_or_null(100.0 * deviation / figure.reference, 3)},
-                 {"within_bars", std::abs(deviation) <= bars}});
+    double seconds = 0.0, finest = std::numeric_limits<double>::infinity();
+    std::vector<Json> readings(one.figures.size());
+    Json profile;
+    std::size_t number = 0;
+    for (const std::vector<std::size_t>& rows : case_runs(one)) {
+        const std::string suffix = ++number == 1 ? "" : fmt::format("-{}", number);
+        const auto run = [&](const char* more, const std::vector<std::string>& changes) {
+            return figures_of(one, {rows, suffix + more, changes}, options, seconds);
+        };
+        const Recipe recipe = case_recipe(one, rows);
+        const double spacing = recipe.domain.grid_spacing;
+        finest = std::min(finest, spacing);
+        const std::vector<double> ours = run("", {}),
+                                  coarse =
+                                      run("-coarse", {fmt::format("domain.grid_spacing={}", 2.0 * spacing)}),
+                                  other = traces(recipe) ? run("-seed", {"flux.seed=2"}) : ours;
+        for (std::size_t k = 0; k < rows.size(); ++k) {
+            const ReferenceFigure& figure = one.figures[rows[k]];
+            const bool length =
+                !figure.is_of_surface() && (figure.unit == recipe.domain.length_unit || figure.per != 1.0);
+            readings[rows[k]] = reading(figure, ours[k], coarse[k], other[k],
+                                        length ? kResolution * spacing / std::abs(figure.per) : 0.0);
+            if (figure.is_profile() && profile.is_null())
+                profile = profile_chart(one, rows[k], options.output / (one.name + suffix));
+        }
     }
+    Json json{{"name", one.name},     {"title", one.title},   {"source", one.source},
+              {"note", one.note},     {"fitted", one.fitted}, {"grid_spacing", finest},
+              {"recipe", one.recipe}, {"table", one.table},   {"seconds", number_or_null(seconds, 3)},
+              {"version", version()}, {"readings", readings}};
+    json["chart"] = profile.is_null() ? chart_of_figures(json["readings"], one.x_axis) : profile;
+    json["chart"]["title"] = one.name;
     return json;
 }
 
@@ -162,15 +205,23 @@ std::string section_of(const Json& row) {
     for (const Json& reading : row.at("readings")) {
         const auto unit = reading.at("unit").get<std::string>();
         const double bar = reading.at("reference_bar").get<double>();
-        page += fmt::format("| {}{} | {:.5g} | {:.2g} | {:.2g} | {:.6g}{} | {:.2g} % | {} |\n",
-                            reading.at("label"), unit == "1" ? "" : ", in " + unit, reading.at("ours"),
-                            reading.at("noise"), reading.at("grid"), reading.at("reference"),
-                            bar > 0.0 ? fmt::format(" +- {:.2g}", bar) : "", reading.at("deviation_percent"),
-                            reading.at("within_bars").get<bool>() ? "yes" : "no");
+        const auto role = reading.at("role").get<std::string>();
+        const Json& percent = reading.at("deviation_percent");  // none of 0
+        const char* within = reading.at("within_bars").get<bool>() ? "yes" : "no";
+        page += fmt::format("| {}{} | {:.5g} | {:.2g} | {:.2g} | {:.6g}{} | {} | {} |\n", reading.at("label"),
+                            unit == "1" ? "" : ", in " + unit, reading.at("ours"), reading.at("noise"),
+                            reading.at("grid"), reading.at("reference"),
+                            bar > 0.0 ? fmt::format(" +- {:.2g}", bar) : "",
+                            percent.is_null() ? "" : fmt::format("{:.2g} %", percent),
+                            role.empty()       ? within
+                            : role == "fitted" ? role
+                                               : fmt::format("{}, {}", within, role));
     }
-    const auto note = row.at("note").get<std::string>();
-    return page + fmt::format("\nReference: {}. Grid spacing {:.5g}.{}\n", row.at("source"),
-                              row.at("grid_spacing"), note.empty() ? "" : " " + note);
+    const auto note = row.at("note").get<std::string>(), fitted = row.at("fitted").get<std::string>();
+    return page + fmt::format("\nReference: {}. Grid spacing {:.5g}.{}{}\n\n![{}](validation/{}.svg)\n",
+                              row.at("source"), row.at("grid_spacing"),
+                              fitted.empty() ? "" : fmt::format(" Fitted: {}.", fitted),
+                              note.empty() ? "" : " " + note, row.at("chart").at("title"), row.at("name"));
 }
 
 // The rows of the report that is there, by case, of those whose files are still the same.
@@ -195,16 +246,53 @@ std::map<std::string, Json> earlier_rows(const fs::path& folder, const std::vect
 // The page in Markdown: \p frame with all cases in place of its line CASES.
 std::string validation_page(const Json& validation, const std::string& frame) {
     std::string sections;
-    std::size_t figures = 0, within = 0;
+    std::size_t figures = 0, within = 0, fitted = 0;
     for (const Json& row : validation["cases"]) {
         sections += section_of(row);
-        for (const Json& reading : row["readings"]) within += reading["within_bars"].get<bool>() ? 1 : 0;
-        figures += row["readings"].size();
+        for (const Json& reading : row["readings"]) {
+            if (reading["role"] == "fitted") {
+                ++fitted;
+                continue;
+            }
+            within += reading["within_bars"].get<bool>() ? 1 : 0;
+            ++figures;
+        }
     }
     const std::string mark = "CASES\n";
     const std::size_t at = std::min(frame.find(mark), frame.size());
-    return fmt::format("{}Of {} figures {} lie within.\n{}{}", frame.substr(0, at), figures, within, sections,
-                       frame.substr(std::min(at + mark.size(), frame.size())));
+    return fmt::format("{}Of {} figures of {} cases {} lie within.{}\n{}{}", frame.substr(0, at), figures,
+                       validation["cases"].size(), within,
+                       fitted > 0 ? fmt::format(" {} more were fitted and are not counted.", fitted) : "",
+                       sections, frame.substr(std::min(at + mark.size(), frame.size())));
+}
+
+// Writes the rows of this version into a table of all versions' figures. Rows of cases that are not in \p
+// validation stay.
+void write_history(const fs::path& file, const Json& validation) {
+    const std::string names = "version,case,figure,unit,ours,reference,within";
+    std::string text = names + "\n";
+    if (is_there(file)) {
+        for (const std::vector<std::string>& row : read_text_table(file).rows) {
+            const bool again =
+                row.size() < 2 ||
+                (row[0] == version() && std::any_of(validation["cases"].begin(), validation["cases"].end(),
+                                                    [&](const Json& one) { return one["name"] == row[1]; }));
+            if (again) continue;
+            std::vector<std::string> fields;
+            for (const std::string& field : row) fields.push_back(csv_field(field));
+            text += fmt::format("{}\n", fmt::join(fields, ","));
+        }
+    }
+    for (const Json& one : validation["cases"])
+        for (const Json& reading : one["readings"])
+            text += fmt::format("{},{},{},{},{},{},{}\n", one["version"], one["name"],
+                                csv_field(reading["label"].get<std::string>()),
+                                csv_field(reading["unit"].get<std::string>()), reading["ours"],
+                                reading["reference"],
+                                reading["role"] == "fitted"          ? "fitted"
+                                : reading["within_bars"].get<bool>() ? "yes"
+                                                                     : "no");
+    write_file(file, text);
 }
 
 }  // namespace
@@ -212,7 +300,8 @@ std::string validation_page(const Json& validation, const std::string& frame) {
 Json validate(const ValidationOptions& options) {
     const std::vector<ValidationCase> all = validation_cases(options.folder),
                                       cases = chosen(all, options.cases);
-    for (const ValidationCase& one : cases) case_recipe(one);  // all mistakes before the first run
+    for (const ValidationCase& one : cases)  // all mistakes before the first run
+        for (const std::vector<std::size_t>& rows : case_runs(one)) case_recipe(one, rows);
     const fs::path page = options.folder / "page.md";
     const std::string frame = is_there(page) ? surface::read_whole_file(page) : "# Validation\n\n";
     std::map<std::string, Json> rows = earlier_rows(options.output, all);
@@ -220,12 +309,14 @@ Json validate(const ValidationOptions& options) {
     for (const ValidationCase& one : cases) {
         const Json& row = rows[one.name] = validate_case(one, options);
         if (options.finished) options.finished(row);
+        write_file(options.output / "validation" / (one.name + ".svg"), chart_svg(row["chart"]));
         validation = Json{{"version", version()}, {"cases", Json::array()}};
         for (const ValidationCase& any : all)
             if (rows.contains(any.name)) validation["cases"].push_back(rows[any.name]);
         // What is finished is kept, should a later case be interrupted.
         write_json((options.output / kReport).string(), validation);
         write_file(options.output / "validation.md", validation_page(validation, frame));
+        if (!options.history.empty()) write_history(options.history, validation);
     }
     return validation;
 }

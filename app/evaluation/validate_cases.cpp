@@ -24,11 +24,18 @@ const std::vector<std::pair<std::string, std::string ReferenceFigure::*>> kTexts
     {"figure", &ReferenceFigure::figure},
     {"label", &ReferenceFigure::label},
     {"unit", &ReferenceFigure::unit},
+    {"role", &ReferenceFigure::role},
     {"where", &ReferenceFigure::where}};
 const std::vector<std::pair<std::string, double ReferenceFigure::*>> kNumbers = {
-    {"reference", &ReferenceFigure::reference}, {"bar", &ReferenceFigure::bar},
-    {"z_from", &ReferenceFigure::z_from},       {"z_to", &ReferenceFigure::z_to},
-    {"radius", &ReferenceFigure::radius},       {"opening", &ReferenceFigure::opening}};
+    {"reference", &ReferenceFigure::reference},
+    {"bar", &ReferenceFigure::bar},
+    {"x", &ReferenceFigure::x},
+    {"per", &ReferenceFigure::per},
+    {"z_from", &ReferenceFigure::z_from},
+    {"z_to", &ReferenceFigure::z_to},
+    {"radius", &ReferenceFigure::radius},
+    {"opening", &ReferenceFigure::opening}};
+constexpr std::string_view kSet = "set:";  // before the recipe's key, in the name of a column of its values
 
 [[noreturn]] void refuse(const std::string& place, const std::string& rule) {
     throw FileError("{}: {}", place, rule);
@@ -51,7 +58,9 @@ void read_comment(ValidationCase& one, std::string_view comment, const std::stri
     const std::string value(trimmed(comment.substr(colon + 1)));
     if (key == "title") one.title = value;
     if (key == "source") one.source = value;
-    if (key == "note") one.note = value;
+    if (key == "note") one.note += (one.note.empty() ? "" : " ") + value;
+    if (key == "fitted") one.fitted = value;
+    if (key == "x") one.x_axis = value;
     if (key != "order") return;
     if (!finite_number(value)) refuse(place, "order must be a number, as the case's place in the report");
     one.order = *finite_number(value);
@@ -68,6 +77,8 @@ ReferenceFigure read_row(const std::vector<std::string>& names, const std::vecto
     figure.reference = figure.bar = kNone;
     for (std::size_t k = 0; k < names.size(); ++k) {
         const std::string_view value = trimmed(fields[k]);
+        if (names[k].starts_with(kSet) && !value.empty())
+            figure.settings.push_back(fmt::format("{}={}", names[k].substr(kSet.size()), value));
         for (const auto& [name, text] : kTexts)
             if (name == names[k]) figure.*text = value;
         for (const auto& [name, number] : kNumbers) {
@@ -81,6 +92,8 @@ ReferenceFigure read_row(const std::vector<std::string>& names, const std::vecto
     if (figure.figure.empty() || figure.label.empty() || figure.unit.empty() ||
         std::isnan(figure.reference + figure.bar))
         refuse(place, "a row needs values under figure, label, unit, reference and bar");
+    if (!figure.role.empty()) require_known(place, "role", figure.role, {"fitted", "held out"});
+    if (figure.per == 0.0) refuse(place, "per is 0: it is what the figure is divided by");
     return figure;
 }
 
@@ -91,7 +104,7 @@ std::vector<std::string> read_names(std::vector<std::string> names, const std::s
     for (const auto& [name, member] : kNumbers) known.push_back(name);
     for (std::string& name : names) {
         name = std::string(trimmed(name));
-        require_known(place, "column", name, known);
+        if (!name.starts_with(kSet)) require_known(place, "column", name, known);
     }
     return names;
 }
@@ -121,16 +134,22 @@ ValidationCase read_case(const fs::path& folder) {
     if (one.title.empty() || one.source.empty() || one.figures.empty())
         refuse(table.string(),
                "needs lines \"# title: ...\" and \"# source: ...\", one of names, and a row a figure");
+    const bool fits = std::any_of(one.figures.begin(), one.figures.end(),
+                                  [](const ReferenceFigure& row) { return row.role == "fitted"; });
+    if (fits == one.fitted.empty())
+        refuse(table.string(),
+               "a line \"# fitted: which parameter, to which rows\" and rows of the role \"fitted\" "
+               "go together");
     return one;
 }
 
-void require_flux(const Recipe& recipe, const ReferenceFigure& figure) {
-    std::vector<std::string> fluxes, places = material_names(recipe.materials);
+void require_attribute(const Recipe& recipe, const ReferenceFigure& figure) {
+    std::vector<std::string> attributes, places = material_names(recipe.materials);
     places.insert(places.begin(), {"floor", "wall"});
-    const Step first = expanded_steps(recipe).front();
-    for (const std::string& name : flux_names(make_model(first, recipe.materials, recipe.domain).species))
-        fluxes.push_back("flux_" + name);
-    require_known(figure.place, "figure", figure.figure, fluxes);
+    const Model model = make_model(expanded_steps(recipe).front(), recipe.materials, recipe.domain);
+    for (const std::string& name : flux_names(model.species)) attributes.push_back("flux_" + name);
+    for (const std::string& name : model.coverages.names) attributes.push_back("coverage_" + name);
+    require_known(figure.place, "figure", figure.figure, attributes);
     if (!figure.where.empty()) require_known(figure.place, "where", figure.where, places);
 }
 
@@ -161,11 +180,29 @@ std::vector<ValidationCase> validation_cases(const fs::path& folder) {
     return cases;
 }
 
-Recipe case_recipe(const ValidationCase& one, const std::vector<std::string>& changes) {
-    Recipe recipe = parse_recipe(one.recipe, (one.folder / "recipe.toml").string(), changes);
-    for (const ReferenceFigure& figure : one.figures) {
-        if (figure.is_flux()) {
-            require_flux(recipe, figure);
+std::vector<std::vector<std::size_t>> case_runs(const ValidationCase& one) {
+    std::vector<std::vector<std::size_t>> runs;
+    for (std::size_t k = 0; k < one.figures.size(); ++k) {
+        const auto same = std::find_if(runs.begin(), runs.end(), [&](const std::vector<std::size_t>& rows) {
+            return one.figures[rows.front()].settings == one.figures[k].settings;
+        });
+        if (same == runs.end())
+            runs.push_back({k});
+        else
+            same->push_back(k);
+    }
+    return runs;
+}
+
+Recipe case_recipe(const ValidationCase& one, const std::vector<std::size_t>& rows,
+                   const std::vector<std::string>& changes) {
+    std::vector<std::string> all = one.figures[rows.front()].settings;
+    all.insert(all.end(), changes.begin(), changes.end());
+    Recipe recipe = parse_recipe(one.recipe, (one.folder / "recipe.toml").string(), all);
+    for (const std::size_t row : rows) {
+        const ReferenceFigure& figure = one.figures[row];
+        if (figure.is_of_surface()) {
+            require_attribute(recipe, figure);
         } else if (figure.is_profile()) {
             require_wafer_size(
                 read_measured_profile((one.folder / figure.figure).string(), recipe.domain.length_unit),

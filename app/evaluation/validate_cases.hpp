@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -10,16 +11,23 @@ namespace sidewall::app {
 
 /// A figure of a run and what it should be: a row of reference.csv.
 struct ReferenceFigure {
-    std::string figure;       ///< of [metrology], flux_SPECIES at the run's start, or a profile FILE.csv
-    std::string label, unit;  ///< for the page; the unit of a number is 1
-    double reference = 0.0, bar = 0.0;   ///< what it should be, and how exact that is known
+    std::string
+        figure;  ///< of [metrology], flux_SPECIES or coverage_NAME at the run's start, or a profile FILE.csv
+    std::string label, unit;            ///< for the page; the unit of a number is 1
+    double reference = 0.0, bar = 0.0;  ///< what it should be, and how exact that is known
+    std::string role;  ///< "fitted": a parameter was chosen to meet it; "held out": of the same data, not
+                       ///< used for that
+    std::vector<std::string>
+        settings{};  ///< KEY=VALUE: changes of the recipe for this row; rows with the same ones share a run
+    double x = std::numeric_limits<double>::quiet_NaN();  ///< its place on the axis of the case's chart
+    double per = 1.0;                                     ///< what the run's figure is divided by
     std::string where;                   ///< of a flux: floor, wall, a material; empty: all of the surface
     double z_from = -1e30, z_to = 1e30;  ///< heights of the triangles' centroids that count for a flux
     double radius = 1e30;                ///< their largest distance from the axis
     double opening = 0.0;  ///< area that the sum of a flux is divided by; 0: its own, for the mean
     std::string place;     ///< FILE:LINE, for messages
 
-    bool is_flux() const { return figure.starts_with("flux_"); }
+    bool is_of_surface() const { return figure.starts_with("flux_") || figure.starts_with("coverage_"); }
     bool is_profile() const { return figure.find(".csv") != std::string::npos; }
 };
 
@@ -30,6 +38,8 @@ struct ValidationCase {
     std::string title;          ///< what is checked
     std::string source;         ///< of the reference
     std::string note;           ///< what a reader should know besides; may be empty
+    std::string fitted;         ///< which parameters were fitted to which rows; empty: none
+    std::string x_axis;         ///< what x is
     double order = 1e30;        ///< its place in the report
     std::string recipe, table;  ///< texts of its files
     std::vector<ReferenceFigure> figures;
@@ -44,8 +54,13 @@ std::filesystem::path shipped_cases();
 /// \throws FileError naming file and line of what is missing or wrong.
 std::vector<ValidationCase> validation_cases(const std::filesystem::path& folder);
 
-/// The recipe of a case, which measures all its figures.
+/// The rows of a case, by number, that share a run: those with the same settings.
+std::vector<std::vector<std::size_t>> case_runs(const ValidationCase& one);
+
+/// The recipe of a case with the settings of some of its rows, whose figures it measures.
+/// \param rows  by number, with the same settings.
 /// \throws RecipeError, FileError naming file and line, if the recipe is wrong or runs of it have no such figure.
-Recipe case_recipe(const ValidationCase& one, const std::vector<std::string>& changes = {});
+Recipe case_recipe(const ValidationCase& one, const std::vector<std::size_t>& rows,
+                   const std::vector<std::string>& changes = {});
 
 }  // namespace sidewall::app

@@ -10,7 +10,7 @@
 #include "app/report/parts.hpp"
 #include "surface/files/file.hpp"
 
-// Pages of comparisons and studies, which weigh the ways of simplification.
+// Pages of comparisons and studies, which weigh the ways of simplification, and of validations.
 namespace sidewall::app {
 namespace {
 
@@ -173,6 +173,35 @@ Page study_page(const fs::path& folder, std::size_t /*bytes*/) {
     if (is_there(folder / "study.csv"))
         page.sections.push_back(
             table_section("All rows", read_text_table(folder / "study.csv"), Json::object()));
+    return page;
+}
+
+Page validation_page(const fs::path& folder, std::size_t /*bytes*/) {
+    Page page{.kind = "validation", .title = folder_name(folder), .notes{}};
+    const Json validation = read_json(folder / "validation.json", "validate again");
+    page.fact("Version", text_at(validation, "version"));
+    Json rows = Json::array(), charts = Json::array();
+    std::size_t within = 0, counted = 0;
+    for (const Json& one : validation.at("cases")) {
+        charts.push_back(one.at("chart"));
+        for (const Json& reading : one.at("readings")) {
+            const std::string role = text_at(reading, "role");
+            const bool is_within = reading.at("within_bars").get<bool>();
+            counted += role == "fitted" ? 0 : 1;
+            within += is_within && role != "fitted" ? 1 : 0;
+            rows.push_back({one.at("name"), reading.at("label"), reading.at("unit"), reading.at("ours"),
+                            reading.at("noise"), reading.at("grid"), reading.at("reference"),
+                            reading.at("reference_bar"),
+                            role == "fitted" ? role
+                            : is_within      ? "yes"
+                                             : "no"});
+        }
+    }
+    page.fact("Figures within their bars", fmt::format("{} of {}", within, counted));
+    page.sections.push_back(charts_section("Cases", std::move(charts)));
+    page.sections.push_back(plain_table(
+        "Figures", {"case", "figure", "unit", "ours", "noise", "grid", "reference", "its bar", "within"},
+        std::move(rows)));
     return page;
 }
 

@@ -19,6 +19,7 @@ Page run_page(const fs::path& folder, std::size_t bytes,
               const std::optional<SavedSurface>& only);           // run_page.cpp
 Page comparison_page(const fs::path& folder, std::size_t bytes);  // evaluation_page.cpp
 Page study_page(const fs::path& folder, std::size_t bytes);
+Page validation_page(const fs::path& folder, std::size_t bytes);
 Page sweep_page(const fs::path& folder, std::size_t bytes);  // batch_page.cpp
 Page fit_page(const fs::path& folder, std::size_t bytes);
 
@@ -38,14 +39,15 @@ Page page_of(const fs::path& folder, std::size_t bytes, const std::optional<Save
     if (only) return run_page(folder, bytes, only);
     using Maker = Page (*)(const fs::path&, std::size_t);
     constexpr std::pair<const char*, Maker> kPages[] = {
-        {"sweep.json", sweep_page},      {"fit.json", fit_page},           {"compare.json", comparison_page},
-        {"study.json", study_page},      {"summary.json", whole_run_page}, {"surface.pvd", whole_run_page},
-        {"timeline.csv", whole_run_page}};
+        {"sweep.json", sweep_page},           {"fit.json", fit_page},
+        {"compare.json", comparison_page},    {"study.json", study_page},
+        {"validation.json", validation_page}, {"summary.json", whole_run_page},
+        {"surface.pvd", whole_run_page},      {"timeline.csv", whole_run_page}};
     for (const auto& [file, page] : kPages)
         if (is_there(folder / file)) return page(folder, bytes);
     throw FileError(
-        "{}: holds no results: name a folder that `run`, `sweep`, `fit`, `compare` or `study` wrote, which has a "
-        "summary.json, surface.pvd, sweep.json, fit.json, compare.json or study.json",
+        "{}: holds no results: name a folder that `run`, `sweep`, `fit`, `compare`, `study` or `validate` wrote, which has a "
+        "summary.json, surface.pvd, sweep.json, fit.json, compare.json, study.json or validation.json",
         folder.string());
 }
 

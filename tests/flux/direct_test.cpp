@@ -141,3 +141,36 @@ TEST_CASE("walls see the half of a beam that is above them, and what lies deep u
             CHECK(open[0][wedges.corner[6 + corner - 3]] == 0.0);
     CHECK(open[0][wedges.corner[3 * 6]] == 0.0);  // the roof's underside
 }
+
+TEST_CASE("the middle of a deep hole's floor sees as much of a narrow source as its mouth lets through") {
+    // A prism of 96 sides and radius 0.5 under a source cos^n; a round hole: 1 - (L / sqrt(L^2 + 1/4))^(n +
+    // 1).
+    for (const auto& [exponent, depth] :
+         std::vector<std::pair<double, double>>{{100.0, 2.0}, {500.0, 10.0}, {500.0, 20.0}, {1000.0, 20.0}}) {
+        constexpr std::uint32_t kSides = 96;
+        TriangleMesh mesh;
+        mesh.vertices.push_back({0.0, 0.0, -depth});
+        for (const double z : {-depth, 0.0})
+            for (std::uint32_t k = 0; k < kSides; ++k) {
+                const double angle = 2.0 * std::numbers::pi * k / kSides;
+                mesh.vertices.push_back({0.5 * std::cos(angle), 0.5 * std::sin(angle), z});
+            }
+        for (std::uint32_t k = 0; k < kSides; ++k) {
+            const std::uint32_t a = 1 + k, b = 1 + (k + 1) % kSides;
+            mesh.triangles.push_back({0, a, b});
+            mesh.triangles.push_back({a, a + kSides, b});  // the wall faces the axis
+            mesh.triangles.push_back({b, a + kSides, b + kSides});
+        }
+        const surface::RayScene scene(mesh);
+        LateralBox box;
+        box.min = {-0.5, -0.5}, box.max = {0.5, 0.5};
+        box.boundary = {Boundary::open, Boundary::open};
+        const Wedges wedges = make_wedges(mesh);
+        Species species = parallel_ions();
+        species.source_exponent = exponent;
+        const auto open = open_shares(DirectFlux(species), mesh, scene, box, wedges);
+        const double exact = 1.0 - std::pow(depth / std::hypot(depth, 0.5), exponent + 1.0);
+        INFO(exponent << " " << depth);
+        CHECK(open[0][wedges.corner[0]] == Approx(exact).margin(1.0 / 16.0));  // of 16 polar angles
+    }
+}

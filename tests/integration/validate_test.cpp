@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -42,11 +43,13 @@ TEST_CASE(
         CHECK(names.insert(one.name).second);
         CHECK_FALSE(one.source.empty());
         CHECK_FALSE(one.figures.empty());
-        const app::Recipe recipe = app::case_recipe(one);
-        CHECK_NOTHROW(app::case_recipe(
-            one, {"domain.grid_spacing=" + std::to_string(2.0 * recipe.domain.grid_spacing)}));
+        for (const std::vector<std::size_t>& rows : app::case_runs(one)) {
+            const app::Recipe recipe = app::case_recipe(one, rows);
+            CHECK_NOTHROW(app::case_recipe(
+                one, rows, {"domain.grid_spacing=" + std::to_string(2.0 * recipe.domain.grid_spacing)}));
+        }
     }
-    CHECK(names.size() >= 12);
+    CHECK(names.size() >= 20);
 }
 
 TEST_CASE("the guide's page of validation has every case, and no other") {
@@ -155,6 +158,9 @@ TEST_CASE("a folder is a case: figures that its recipe does not ask for, a profi
     const auto found = nlohmann::json::parse(outcome.output)["cases"][0];
     CHECK(found["name"] == "mine");
     REQUIRE(found["readings"].size() == 5);
+    CHECK(found["chart"]["same_scale"] == true);  // the run's walls and the three points
+    CHECK(found["chart"]["series"][0]["points"].size() > 3);
+    CHECK(found["chart"]["series"][1]["points"].size() == 3);
     const double dx = found["grid_spacing"].get<double>();
     CHECK(std::abs(found["readings"][1]["deviation"].get<double>()) < 0.2 * dx);
     CHECK(found["readings"][3]["ours"].get<double>() < 0.1 * dx);
@@ -162,27 +168,94 @@ TEST_CASE("a folder is a case: figures that its recipe does not ask for, a profi
     CHECK(found["readings"][4]["label"] == "floor, too low");
 }
 
+TEST_CASE(
+    "rows set keys and share runs, fitted ones are not counted, and charts, report and history have every figure") {
+    const OneCase one("even_film");
+    test::write_bytes(one.table,
+                      "# title: t\n# source: s\n# fitted: nothing but for show\n# x: rate\n"
+                      "figure,label,unit,reference,bar,x,role,per,set:step[0].rate,set:step[0].duration\n"
+                      "depth,\"a, whole\",um,8.5,0.05,1,fitted,1,,\n"
+                      "depth,half,um,4.625,0.05,2,held out,2,0.5,\n"
+                      "cd_at_5,walls of half,um,2.5,0.05,3,,1,0.5,\n"
+                      "depth,wrong,um,8.5,0,4,,1,0.5,1.0\n");
+    const std::string rest = "0.1.0,mine,depth,um,7,8,no\n";
+    test::write_bytes(one.folder.path / "history.csv",
+                      "version,case,figure,unit,ours,reference,within\n" + rest);
+    for (int again = 0; again < 2; ++again) {
+        const test::Outcome outcome = one.validate(" --json - --resume --history history.csv");
+        INFO(outcome.output);
+        REQUIRE(outcome.exit_code == 0);
+        const auto found = nlohmann::json::parse(outcome.output)["cases"][0];
+        REQUIRE(found["readings"].size() == 4);
+        const double expected[] = {8.5, 4.625, 2.5,
+                                   9.5};  // the floor is at 10, less the film; halved in the second row
+        for (std::size_t k = 0; k < 4; ++k)
+            CHECK(found["readings"][k]["ours"].get<double>() == Approx(expected[k]).margin(0.03));
+        CHECK(found["readings"][0]["role"] == "fitted");
+        CHECK(found["chart"]["series"][0]["points"].size() == 4);
+        CHECK(found["chart"]["x"] == "rate");
+    }
+    // A run for each of the three settings, on the two grids.
+    for (const char* run : {"mine", "mine-coarse", "mine-2", "mine-2-coarse", "mine-3", "mine-3-coarse"})
+        CHECK(std::filesystem::exists(one.folder.path / "out" / run / "summary.json"));
+    CHECK_FALSE(std::filesystem::exists(one.folder.path / "out" / "mine-4"));
+    const std::string page = test::read_bytes(one.folder.path / "out/validation.md");
+    CHECK(page.find("Of 3 figures of 1 cases 2 lie within. 1 more were fitted") != std::string::npos);
+    CHECK(page.find("| yes, held out |") != std::string::npos);
+    CHECK(page.find("| fitted |") != std::string::npos);
+    CHECK(page.find("Fitted: nothing but for show.") != std::string::npos);
+    CHECK(page.find("![mine](validation/mine.svg)") != std::string::npos);
+    const std::string picture = test::read_bytes(one.folder.path / "out/validation/mine.svg");
+    CHECK(picture.starts_with("<svg xmlns="));
+    std::size_t circles = 0;
+    for (std::size_t at = picture.find("<circle"); at != std::string::npos;
+         at = picture.find("<circle", at + 1))
+        ++circles;
+    CHECK(circles == 8);  // ours and the reference
+    const std::string history = test::read_bytes(one.folder.path / "history.csv");
+    CHECK(history.find(rest) != std::string::npos);
+    CHECK(history.find(",mine,\"a, whole\",um,8.5") != std::string::npos);
+    CHECK(std::count(history.begin(), history.end(), '\n') == 6);  // no row twice
+    const test::Outcome report = test::run_program(one.folder.path, "report out -o out.html", 60);
+    INFO(report.output);
+    CHECK(report.exit_code == 0);
+    CHECK(test::read_bytes(one.folder.path / "out.html").find("\"kind\":\"validation\"") !=
+          std::string::npos);
+}
+
 TEST_CASE("a broken case is refused by file and line before anything is run") {
     const std::string head = "# title: t\n# source: s\n", names = "figure,label,unit,reference,bar";
-    for (const auto& [table, message] : std::vector<std::pair<std::string, std::string>>{
-             {head + names + "\ndepth,a,um,8.5\n",
-              "reference.csv:4: 4 values under 5 names: put a value with commas in quotes"},
-             {head + names + "\ndepth,a,um,deep,0\n",
-              "reference.csv:4: \"deep\" under reference is not a finite number"},
-             {head + names + "\ndepth,a,um,8.5,\n",
-              "reference.csv:4: a row needs values under figure, label, unit, reference and bar"},
-             {head + "figure,label,unit,reference,bars\n",
-              "reference.csv:3: column \"bars\": there is none: did you mean bar?"},
-             {head + names + "\ndepht,a,um,8.5,0\n",
-              "reference.csv:4: figure depht: no run measures that: did you mean depth?"},
-             {head + names + "\nfilm,a,um,8.5,0\n",
-              "reference.csv:4: figure film: film stands for several figures: name one, e.g. film_side"},
-             {head + names + "\nflux_neutral,a,1,1,0\n",
-              "reference.csv:4: figure \"flux_neutral\": there is none"},
-             {head + names + "\nwalls.csv,a,um,0,0\n", "walls.csv: "},
-             {"# title: t\n" + names + "\ndepth,a,um,8.5,0\n",
-              "reference.csv: needs lines \"# title: ...\" and \"# source: ...\""},
-             {head + "# order: first\n", "reference.csv:3: order must be a number"}}) {
+    for (
+        const auto& [table, message] : std::vector<std::pair<std::string, std::string>>{
+            {head + names + "\ndepth,a,um,8.5\n",
+             "reference.csv:4: 4 values under 5 names: put a value with commas in quotes"},
+            {head + names + "\ndepth,a,um,deep,0\n",
+             "reference.csv:4: \"deep\" under reference is not a finite number"},
+            {head + names + "\ndepth,a,um,8.5,\n",
+             "reference.csv:4: a row needs values under figure, label, unit, reference and bar"},
+            {head + "figure,label,unit,reference,bars\n",
+             "reference.csv:3: column \"bars\": there is none: did you mean bar?"},
+            {head + names + "\ndepht,a,um,8.5,0\n",
+             "reference.csv:4: figure depht: no run measures that: did you mean depth?"},
+            {head + names + "\nfilm,a,um,8.5,0\n",
+             "reference.csv:4: figure film: film stands for several figures: name one, e.g. film_side"},
+            {head + names + "\nflux_neutral,a,1,1,0\n",
+             "reference.csv:4: figure \"flux_neutral\": there is none"},
+            {head + names + "\nwalls.csv,a,um,0,0\n", "walls.csv: "},
+            {head + names + ",role\ndepth,a,um,8.5,0,held\n",
+             "reference.csv:4: role \"held\": there is none; there are fitted, held out"},
+            {head + names + ",role\ndepth,a,um,8.5,0,fitted\n",
+             "reference.csv: a line \"# fitted: which parameter, to which rows\" and rows of the role \"fitted\" go "
+             "together"},
+            {head + "# fitted: rate\n" + names + "\ndepth,a,um,8.5,0\n",
+             "rows of the role \"fitted\" go together"},
+            {head + names + ",per\ndepth,a,um,8.5,0,0\n", "reference.csv:4: per is 0"},
+            {head + names + ",x\ndepth,a,um,8.5,0,deep\n",
+             "reference.csv:4: \"deep\" under x is not a finite number"},
+            {head + names + ",set:step[0].rates\ndepth,a,um,8.5,0,2.0\n", "step[0].rates"},
+            {"# title: t\n" + names + "\ndepth,a,um,8.5,0\n",
+             "reference.csv: needs lines \"# title: ...\" and \"# source: ...\""},
+            {head + "# order: first\n", "reference.csv:3: order must be a number"}}) {
         const OneCase one("even_film");
         test::write_bytes(one.table, table);
         const test::Outcome outcome = one.validate();
@@ -191,12 +264,12 @@ TEST_CASE("a broken case is refused by file and line before anything is run") {
         CHECK(outcome.output.find(message) != std::string::npos);
         CHECK_FALSE(std::filesystem::exists(one.folder.path / "out"));
     }
-    const OneCase flux("tube_1");
+    const OneCase flux("trench_view");
     std::string table = test::read_bytes(flux.table);
-    table.replace(table.find(",Si,"), 4, ",roof,");
+    table.replace(table.find(",floor,"), 7, ",roof,");
     test::write_bytes(flux.table, table);
     CHECK(flux.validate().output.find("reference.csv:5: where \"roof\": there is none") != std::string::npos);
-    table.replace(table.find("flux_neutral"), 12, "flux_neutrals");
+    table.replace(table.find("flux_neutral,"), 12, "flux_neutrals");
     test::write_bytes(flux.table, table);
     CHECK(flux.validate().output.find(
               "figure \"flux_neutrals\": there is none: did you mean flux_neutral?") != std::string::npos);
@@ -208,4 +281,17 @@ TEST_CASE("a broken case is refused by file and line before anything is run") {
           std::string::npos);
     CHECK(test::run_program(flux.folder.path, "validate --cases none").output.find("none: holds no case") !=
           std::string::npos);
+}
+
+TEST_CASE("ten parts of a pulse are enough for the dose that half fills the floor of a deep via") {
+    const OneCase one("ald_via");
+    test::write_bytes(one.table,
+                      "# title: t\n# source: s\nfigure,label,unit,reference,bar,where,z_to,set:step[0].parts,"
+                      "set:step[0].pulse,set:step[0].duration\n"
+                      "coverage_precursor,half,1,0.5,0.004,floor,-19.9,10,176.46,176.46\n");
+    const test::Outcome outcome = one.validate(" --json -");
+    INFO(outcome.output);
+    REQUIRE(outcome.exit_code == 0);
+    CHECK(nlohmann::json::parse(outcome.output)["cases"][0]["readings"][0]["ours"].get<double>() ==
+          Approx(0.5).margin(0.004));  // 0.013 off with the fluxes of each part's beginning
 }

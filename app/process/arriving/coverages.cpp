@@ -82,8 +82,16 @@ std::vector<double> sticking_left(const Model& model, const TracedSurface& surfa
 }
 
 std::vector<std::vector<double>> reacted(const Model& model, double time, const SurfaceFlux& arriving,
-                                         const WedgePoints& points) {
+                                         const WedgePoints& points,
+                                         const std::vector<std::vector<double>>& flux_before) {
     std::vector<std::vector<double>> next = arriving.coverage;
+    if (!flux_before.empty()) {
+        SurfaceFlux middle = arriving;
+        for (std::size_t k = 0; k < middle.flux.size(); ++k)
+            for (std::size_t w = 0; w < middle.flux[k].size(); ++w)
+                middle.flux[k][w] = std::max(0.0, 1.5 * middle.flux[k][w] - 0.5 * flux_before[k][w]);
+        return reacted(model, time, middle, points);
+    }
     each_wedge(arriving, points, [&](std::size_t w, const SurfacePoint& point) {
         std::vector<double> theta(point.coverage.begin(), point.coverage.end());
         model.coverages.react(point, time, theta);

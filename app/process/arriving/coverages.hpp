@@ -57,8 +57,10 @@ std::vector<double> sticking_left(const Model& model, const TracedSurface& surfa
                                   const SurfaceFlux& arriving);
 
 /// Coverages after \p time of the fluxes at hand, one list a name by wedge.
+/// \param flux_before  fluxes that time earlier: those at hand go on as they changed since, up to its middle; empty: they stay.
 std::vector<std::vector<double>> reacted(const Model& model, double time, const SurfaceFlux& arriving,
-                                         const WedgePoints& points);
+                                         const WedgePoints& points,
+                                         const std::vector<std::vector<double>>& flux_before = {});
 
 /// Coverages at the end of a time step \p dt, one list a name by wedge: transient ones react and spread along
 /// the surface for that long; others are what tracing has found.

@@ -81,6 +81,7 @@ struct Tracing {
     WedgePoints points = wedge_points(model, surface, arriving);
     SharedTraces shared = shared_traces(model, request.methods);
     std::vector<std::vector<double>> balance = {};  // fluxes that steady coverages desorb against; or none
+    std::vector<std::vector<double>> flux_before = {};  // of a pulse's last part; or none
 
     std::vector<std::vector<double>> from_before(const std::vector<std::string>& names) const {
         return kept_or_carried(carried, names, surface.traced(), arriving.wedges);
@@ -97,7 +98,7 @@ struct Tracing {
         trace_species(recipe, model, surface, sticking, emission, own, shared, arriving);
         arriving.trace->traces = number;
         if (model.coverages.names.empty()) return;
-        std::vector<std::vector<double>> next = reacted(model, time, arriving, points);
+        std::vector<std::vector<double>> next = reacted(model, time, arriving, points, flux_before);
         arriving.trace->coverage_change = mean_change(arriving.wedges, arriving.coverage, next);
         arriving.coverage = std::move(next);
         if (model.desorption && are_steady(model.coverages)) balance = arriving.flux;
@@ -144,14 +145,16 @@ struct Tracing {
         settle_from(traces);
     }
 
-    // The equal parts of a pulse on a bare surface, each traced with the coverages at its beginning. Errors
-    // fall as sites are taken: those of the first part decide how many rays to gather, the last one's are
-    // reported.
+    // The equal parts of a pulse on a bare surface, each traced with the coverages at its beginning, which
+    // react to the fluxes of its middle, gone on from the part before. Errors fall as sites are taken: those
+    // of the first part decide how many rays to gather, the last one's are reported.
     void pulsed() {
         const Coverages& coverages = model.coverages;
         arriving.coverage.assign(coverages.names.size(), std::vector<double>(arriving.wedges.count(), 0.0));
-        for (int part = 1; part <= coverages.parts; ++part)
+        for (int part = 1; part <= coverages.parts; ++part) {
             trace_once(part, coverages.pulse / coverages.parts, part == 1 || part == coverages.parts);
+            flux_before = arriving.flux;
+        }
     }
 };
 
