@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Sets Sidewall up on Debian 12 and 13, and as these on Ubuntu 24.04: ./setup.sh run [ARGS] | test | package | archive | wheel | deps.
+# Sets Sidewall up on Debian 12, Debian 13 and Ubuntu 24.04: ./setup.sh run [ARGS] | test | package | archive | wheel | deps.
 # See docs/installing.md.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
