@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Sets Sidewall up on Debian 12 and 13, and as these on Ubuntu 24.04: ./setup.sh run [ARGS] | test | package | archive | wheel | deps.
+# Sets Sidewall up on Debian 12, Debian 13 and Ubuntu 24.04: ./setup.sh run [ARGS] | test | package | archive | wheel | deps.
 # See docs/installing.md.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
@@ -87,7 +87,9 @@ case "$command" in
     deps) install_packages ;;
     run)
         install_packages
-        build release -DSIDEWALL_TESTS=OFF -DSIDEWALL_PYTHON=OFF >&2
+        # A build with tests or the module has the program, too.
+        read -ra configuration < <(cat build/release/arguments 2>/dev/null || echo release -DSIDEWALL_TESTS=OFF -DSIDEWALL_PYTHON=OFF)
+        build "${configuration[@]}" -- sidewall >&2
         [ $# -gt 0 ] || set -- configs/trench_deposition.toml
         exec build/release/sidewall run "$@"
         ;;

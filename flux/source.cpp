@@ -159,8 +159,10 @@ void emit_beam(const Species& species, RandomKey key, const Batch& batch, Rays& 
         }
         Vec3 d = sample_cosine_power(axis, species.source_exponent, unit_double(pair.first),
                                      unit_double(pair.second));
-        while (!(d.z() < -1e-6))
-            d = sample_cosine_power(axis, species.source_exponent, random.uniform(), random.uniform());
+        while (!(d.z() < -1e-6)) {
+            const double u1 = random.uniform(), u2 = random.uniform();
+            d = sample_cosine_power(axis, species.source_exponent, u1, u2);
+        }
         double energy = species.energy.mean;
         if (species.energy.sigma > 0.0) do
                 energy = species.energy.mean + species.energy.sigma * sample_normal(random);

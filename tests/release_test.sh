@@ -6,7 +6,9 @@
 #   archive   the same for ./setup.sh archive
 #   wheel     the same for ./setup.sh wheel, in an empty virtual environment
 # Run by hand as root, with debootstrap installed. ROOT: an unpacked minbase root to begin with, else debootstrap fetches
-# one. MIRROR: a mirror to fetch from. APT_OPTIONS are apt-get's in there. CCACHE_DIR is used, if it is set.
+# one (Debian 12's needs help with Ubuntu's, by the keyring of Ubuntu's package ubuntu-keyring: debootstrap --variant=minbase
+# --components=main,universe --keyring=ubuntu-archive-keyring.gpg noble ROOT http://archive.ubuntu.com/ubuntu
+# /usr/share/debootstrap/scripts/gutsy). MIRROR: a mirror to fetch from. APT_OPTIONS are apt-get's in there. CCACHE_DIR is used, if it is set.
 set -euo pipefail
 [ "${SIDEWALL_IN_NAMESPACE:-}" ] || SIDEWALL_IN_NAMESPACE=1 exec unshare --mount --propagation private "$0" "$@"
 release=$1 what=${2:-sources}

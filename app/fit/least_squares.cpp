@@ -119,7 +119,7 @@ class Fitter {
         const VectorXd inward =
             (center().x.array() < 0.5).select(VectorXd::Constant(parameters_, kProbe), -kProbe);
         evaluate({center().x + inward, center().x + 2.0 * inward});
-        const FitTrial &one = samples_.end()[-2], &two = samples_.back();
+        const FitTrial &one = samples_[samples_.size() - 2], &two = samples_.back();
         if (!std::isfinite(one.cost() + two.cost())) return;
         noise_ =
             (*center().residuals - 2.0 * *one.residuals + *two.residuals).norm() / std::sqrt(6.0 * count());

@@ -53,7 +53,7 @@ struct Union {
             const bool cuts = bodies[k].second.subtract;
             if (!result.parts.empty() && (cuts ? most < low : least > high)) continue;
             if (result.parts.empty() || (cuts ? least > high : most < low)) {
-                result.parts = {k};
+                result.parts.assign(1, k);
                 low = least;
                 high = most;
                 continue;

@@ -106,8 +106,9 @@ TEST_CASE("three hidden parameters of an etch are found within 2 % from two of i
     const std::string neutral = "step[0].species[0].rate.Si", ion = "step[0].species[1].rate.Si",
                       exponent = "step[0].species[1].source_exponent";
     const auto values = [&](const std::string& a, const std::string& b, const std::string& n) {
-        // Half the spacing: re-triangulation on the coarse grid is 2 to 3 % of the exponent.
-        return " --set domain.grid_spacing=0.05 --set " + neutral + "=" + a + " --set " + ion + "=" + b +
+        // Re-triangulation on the coarse grid is 2 to 3 % of the exponent. Seven seeds give 60.2 +- 0.3 on
+        // this one, and 60.4 +- 0.5 at half the spacing, which is too much for 2 %.
+        return " --set domain.grid_spacing=0.04 --set " + neutral + "=" + a + " --set " + ion + "=" + b +
                " --set " + exponent + "=" + n;
     };
     c.run("run etch.toml -o truth --quiet" + values("-0.35", "-0.6", "60"));

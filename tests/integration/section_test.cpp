@@ -26,14 +26,16 @@ std::map<std::string, double> count(const Box3& box, const ColourAt& colour_at) 
     return pixels;
 }
 
-// Of a cell's area: what trilinear values keep of a right-angled corner where straight edges cut it off, in
-// the mean over all places in a cell for exact distances at the nodes.
-constexpr double kAtCorner = 0.031;
+// Of a cell's area: what trilinear values keep of a right-angled corner where straight edges cut it off, for
+// exact distances at the nodes: in the mean over all places in a cell, and the standard deviation over places
+// and directions.
+constexpr double kAtCorner = 0.031, kScatter = 0.036;
 
 // \param off  mean distance, in cells, of the fronts along both walls from where the level sets have them.
 // \param corners  how many sharp corners a material has in the section.
-void compare(const std::string& name, const std::vector<std::string>& overrides, double off,
-             double corners = 0.0) {
+// \param by_chance  how many corners lie where random numbers have put them.
+void compare(const std::string& name, const std::vector<std::string>& overrides, double off, double corners,
+             double by_chance = 0.0) {
     const test::Folder folder;
     const Recipe recipe = load_recipe(SIDEWALL_SOURCE_DIR "/configs/quick/" + name + ".toml", overrides);
     run_recipe(recipe, {.output = folder.path, .quiet = true});
@@ -68,7 +70,8 @@ void compare(const std::string& name, const std::vector<std::string>& overrides,
         REQUIRE(shown.contains(material));
         CHECK(std::abs(shown.at(material) - area) <
               0.02 * area + off * stack.domain.spacing * 2.0 * box.size().z() +
-                  corners * kAtCorner * stack.domain.spacing * stack.domain.spacing);
+                  (corners * kAtCorner + 3.0 * std::sqrt(by_chance) * kScatter) * stack.domain.spacing *
+                      stack.domain.spacing);
     }
 }
 
@@ -77,13 +80,15 @@ void compare(const std::string& name, const std::vector<std::string>& overrides,
 TEST_CASE("a section shows each material on the area that it has in the level sets", "[slow]") {
     // SiGe has five corners on each side.
     compare("fin_sequence", {}, 0.0, 10.0);
-    // Silicon and polymer have two ridges between scallops on each side.
-    compare("bosch_hole", {"step[0].repeat=3"}, 0.0, 4.0);
+    // The polymer loses its two ends on each side. The two ridges between scallops take from one of its faces
+    // what they give to the other, but for chance: 0.18 +- 0.08 cells are lost over eight seeds, and by the
+    // figures above 0.12 +- 0.12.
+    compare("bosch_hole", {"step[0].repeat=3"}, 0.0, 4.0, 12.0);
     // In these scallops the mask's interface and the silicon's coincide under the polymer, whose film is a
     // quarter of a cell: 2 % of it is below what straight edges can do. They leave an arc of radius r by h^2
     // / (12 r) in the mean, here a thirty-sixth of a cell; the two sides of the film have most of it in
     // common.
     compare("bosch_hole",
             {"step[0].repeat=3", "domain.grid_spacing=0.1", "domain.extent=[3,3]", "flux.rays=10000"}, 0.01,
-            4.0);
+            4.0, 12.0);
 }
