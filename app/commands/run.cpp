@@ -69,8 +69,9 @@ void add_run_command(CLI::App& program) {
     add_option(
         command, "-o,--output", options->output, "DIR",
         "Folder for results (default: results/<recipe>; with --set results/<recipe>,KEY=VALUE, so that trials stand side by side)");
-    CLI::Option& resume =
-        *command.add_flag("--resume", options->resume, "Go on from the folder's checkpoint");
+    CLI::Option& resume = *command.add_flag(
+        "--resume", options->resume,
+        "Go on from the folder's checkpoint; also from a finished run's, with a longer last step or more steps");
     command
         .add_flag("--overwrite", options->overwrite,
                   "Replace an unfinished run or another recipe's result in the folder")
@@ -88,7 +89,13 @@ void add_run_command(CLI::App& program) {
     command.callback([recipe, options, accuracy, json] {
         Recipe parsed = read_recipe(*recipe);
         const std::vector<AskedAccuracy> asked = read_accuracy(*accuracy, parsed);
-        if (options->output.empty()) options->output = default_output(recipe->file, recipe->overrides);
+        if (options->output.empty()) {
+            options->output = default_output(recipe->file, recipe->overrides);
+            // A run is gone on with, changed, where it was.
+            std::error_code failure;
+            if (options->resume && !std::filesystem::exists(options->output, failure))
+                options->output = default_output(recipe->file);
+        }
         options->title = std::filesystem::path(recipe->file).stem().string();
         options->resume_command = resume_command();
         if (!options->quiet) options->warn = print_warning;

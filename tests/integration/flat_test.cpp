@@ -148,10 +148,12 @@ TEST_CASE("commands know profiles: areas, a section for a picture, a cut for a f
     CHECK(test::run_program(folder.path, "inspect run --measure volum_SiO2")
               .output.find("did you mean volume_SiO2?") != std::string::npos);
     CHECK(test::run_program(folder.path, "check flat.toml").exit_code == 0);
-    const std::string whole = test::read_bytes(folder.path / "run/surface_0002.vtp");
-    std::filesystem::remove(folder.path / "run/summary.json");
-    CHECK(test::run_program(folder.path, "run flat.toml -o run --quiet --resume").exit_code == 0);
-    CHECK(test::read_bytes(folder.path / "run/surface_0002.vtp") == whole);
+    CHECK(test::run_program(folder.path, "run flat.toml -o run --quiet --resume --set step[0].duration=0.75")
+              .exit_code == 0);
+    REQUIRE(test::run_program(folder.path, "run flat.toml -o long --quiet --set step[0].duration=0.75")
+                .exit_code == 0);
+    CHECK(test::read_bytes(folder.path / "run/surface_0003.vtp") ==
+          test::read_bytes(folder.path / "long/surface_0003.vtp"));
     CHECK(
         test::run_program(folder.path,
                           "sweep flat.toml --vary step[0].sticking=0.1,1.0 --measure wall_SiO2_at_1 -o sweep")

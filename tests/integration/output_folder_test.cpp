@@ -33,7 +33,9 @@ TEST_CASE("a trial with --set and without -o has a folder of its own, and asks n
     CHECK(fs::exists(results / "flat" / "summary.json"));
     CHECK(fs::exists(results / "flat,step.0.duration=0.2" / "summary.json"));
     CHECK(fs::exists(results / "flat,step.0.duration=0.3" / "summary.json"));
-    run(" --resume --set 'step[0].duration=0.2'");
+    // What is gone on with, changed, is where it was.
+    run(" --resume --set 'step[0].duration=0.7'");
+    CHECK_FALSE(fs::exists(results / "flat,step.0.duration=0.7"));
     std::string longest;
     for (int k = 0; k < 12; ++k)
         longest += " --set 'step[0].name=\"a name of many letters " + std::to_string(k) + "\"'";
