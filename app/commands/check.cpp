@@ -59,17 +59,19 @@ void print_estimate(const Recipe& recipe) {
             duration_text(estimate.building), thread_count());
         return;
     }
+    const bool reuse = recipe.flux.reuse > 0.0 && estimate.rays > 0.0;
+    const std::string most = reuse ? "at most " : "";
     fmt::print("#\n# A run on this machine with {} threads takes, usually within a factor of two:\n",
                thread_count());
     fmt::print("#   time steps {}\n", count_text(estimate.time_steps));
-    fmt::print("#   rays       {}{}\n", count_text(estimate.rays),
+    fmt::print("#   rays       {}{}{}\n", most, count_text(estimate.rays),
                estimate.flux_error > 0.0 && std::isfinite(estimate.flux_error)
                    ? fmt::format(", relative flux error {:.1g}", estimate.flux_error)
                    : "");
     for (const std::string& methods : estimate.methods) fmt::print("#   fluxes     {}\n", methods);
     for (const std::string& note : estimate.short_of) fmt::print("#   fluxes     {}\n", note);
     fmt::print("#   memory     {}\n", memory_text(estimate.memory));
-    fmt::print("#   wall time  {}, between {} and {}\n", duration_text(estimate.seconds),
+    fmt::print("#   wall time  {}{}, between {} and {}\n", most, duration_text(estimate.seconds),
                duration_text(estimate.least_seconds), duration_text(estimate.most_seconds));
     if (estimate.narrowest > 0.0)
         fmt::print(

@@ -159,9 +159,20 @@ void report_methods(const Run& run, const Step& step, const TracedSurface& surfa
         run.progress.line(fmt::format("step {}: {}; on {}", step.name, describe(methods), mesh));
 }
 
+// Whether the fluxes of the last trace serve this time step, too.
+bool reuses_fluxes(const Run& run, const Model& model, const RunState& state) {
+    return state.reuse.left > 0 && !state.begins_step() && !run.folder.due(state) && !model.species.empty() &&
+           !model.coverages.transient;  // which every time step changes
+}
+
 // The surface at this time and what arrives on it: extract, simplify, trace. Coverages react between traces.
 TracedSurface surface_with_fluxes(const Run& run, const Model& model, const Step& step, RunState& state) {
     TracedSurface surface = extract(state.stack, time_in_step(run, state), state.timing);
+    if (reuses_fluxes(run, model, state)) {
+        reuse_fluxes(run.recipe, model, state.stack, state.carried, surface, state.timing);
+        return surface;
+    }
+    state.reuse.left = 0;  // a run resumed here traces, too
     if (state.begins_step()) state.methods.clear();
     const TraceRequest request = request_of(run, state.time_step, state.begins_step(), state);
     simplify(run.recipe, model, state.stack, state.carried, request, surface, state.timing);
@@ -180,7 +191,7 @@ std::vector<levelset::Motion> stage_motions(const Run& run, const Model& model, 
                                             double dt, RunState& state) {
     std::vector<levelset::Motion> motions;
     motions.push_back(std::move(first));
-    if (run.recipe.flux.stages != "all" || !surface.arriving) return motions;
+    if (run.recipe.flux.stages != "all" || !surface.arriving || !surface.arriving->trace) return motions;
     constexpr int kStageBit = 30;  // of the random numbers' key
     const levelset::AdvectionOptions scheme = scheme_for(motions.front().law, run.recipe.advection);
     while (motions.size() < levelset::stage_count(scheme.time_integration)) {
@@ -225,7 +236,8 @@ std::shared_ptr<const TracedSurface> make_time_step(const Run& run, const Step& 
     // Extract, simplify, trace.
     auto surface = std::make_shared<const TracedSurface>(surface_with_fluxes(run, model, step, state));
     report_events(run, *surface, state);
-    if (!state.endpoint.masks) note_masks(recipe, step, model, *surface, state);
+    const bool reused = surface->arriving && !surface->arriving->trace;
+    if (!state.endpoint.masks && !reused) note_masks(recipe, step, model, *surface, state);
     auto [to_stop, key] = distance_to_stop(recipe, step, state, surface->raw);
     if (state.begins_step() && !state.endpoint.time)
         run.warn(stop_warning(recipe, step, state.step + 1, to_stop));
@@ -242,17 +254,22 @@ std::shared_ptr<const TracedSurface> make_time_step(const Run& run, const Step& 
     // Rates.
     levelset::Motion motion = motion_in_time_step(recipe, model, *surface, state);
     const TimeStep next = choose_time_step(recipe, step, model, state, motion, to_stop);
-    // React: coverages at the end of the time step.
-    SurfaceField carried;
-    if (surface->arriving)
-        carried = field_to_carry(recipe, model, *surface, coverages_after(model, *surface, next.dt));
-    const std::vector<levelset::Motion> motions =
-        stage_motions(run, model, std::move(motion), *surface, carried, next.dt, state);
+    // React: coverages at the end of the time step. Fluxes that were carried over leave nothing new.
+    const FluxReuse reuse = next_reuse(recipe.flux.reuse, model, state.reuse,
+                                       state.begins_step() ? nullptr : &state.carried, *surface);
+    std::optional<SurfaceField> fresh;
+    if (!surface->arriving)
+        fresh.emplace();
+    else if (surface->arriving->trace)
+        fresh = field_to_carry(recipe, model, *surface, coverages_after(model, *surface, next.dt));
+    const std::vector<levelset::Motion> motions = stage_motions(
+        run, model, std::move(motion), *surface, fresh ? *fresh : state.carried, next.dt, state);
     // Before anything is noted, so that a run which the observer interrupts goes on with this time step.
     if (run.options.observe) run.options.observe({step, model, state, surface, next.dt});
     // Record, advect.
     run.folder.record(state, step, *surface, next);
-    state.carried = std::move(carried);
+    state.reuse = reuse;
+    if (fresh) state.carried = std::move(*fresh);
     advance(recipe, motions, next, state);
     end_time_step(run, step, state);
     return nullptr;

@@ -54,9 +54,10 @@ SIDEWALL_JSON(InputFile, path, digest)
 SIDEWALL_JSON(SavedFile, time, part, file, after)
 SIDEWALL_JSON(SavedStack, time, step, materials)
 SIDEWALL_JSON(SpeciesMethod, species, radiosity, reason, target, rays)
+SIDEWALL_JSON(FluxReuse, left, since)
 SIDEWALL_JSON(RunEndpoint, masks, time, key, bare)
 SIDEWALL_JSON(RunState, step, epoch, step_start, starts, time, time_step, saved, rows, timeline, manifest,
-              time_steps, endpoint, noise, methods, files, stacks, inputs, history, timing)
+              time_steps, endpoint, noise, reuse, methods, files, stacks, inputs, history, timing)
 
 namespace {
 

@@ -60,6 +60,7 @@ struct RunState {
         manifest;  ///< digests, of the timeline up to rows; empty in earlier versions' checkpoints
     std::vector<std::size_t> time_steps;  ///< taken in each step of the recipe
     SurfaceField carried;                 ///< what the last trace left on the surface
+    FluxReuse reuse;                      ///< of its fluxes
     RunEndpoint endpoint;                 ///< of the step at hand, or the last that took time
     StepNoise noise;                      ///< of the step at hand
     std::vector<SpeciesMethod> methods;   ///< of the step at hand's species; empty before its first trace

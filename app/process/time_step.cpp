@@ -171,7 +171,8 @@ levelset::Motion motion_in_time_step(const Recipe& recipe, const Model& model, c
     const auto motion_by = [&](const TracedSurface& from) {
         return surface_motion(model, state.stack, from, state.timing, state.chooses_columns());
     };
-    if (!surface.arriving || state.begins_step() || model.coverages.transient || recipe.flux.stages == "all")
+    if (!surface.arriving || !surface.arriving->trace || state.begins_step() || model.coverages.transient ||
+        recipe.flux.reuse > 0.0 || recipe.flux.stages == "all")
         return motion_by(surface);
     const double share = state.time_steps[state.step] == 1 ? 1.0 : 0.5;
     return motion_by(with_later_fluxes(model, state.carried, surface, share));

@@ -47,7 +47,7 @@ std::string missing_figure_warning(const Recipe& recipe, const Step& step, std::
 
 /// The motion by the fluxes of the time step's middle, where those of the time step before tell how they change. The
 /// first time step of a step does not know it; the second one makes up for what that leaves.
-/// \param surface  of the state's stack; fluxes with transient coverages move it as they are.
+/// \param surface  of the state's stack; fluxes carried over, or with transient coverages, move it as they are.
 levelset::Motion motion_in_time_step(const Recipe& recipe, const Model& model, const TracedSurface& surface,
                                      RunState& state);
 

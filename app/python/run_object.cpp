@@ -92,7 +92,7 @@ std::shared_ptr<TriangleMesh> StepObject::surface() {
 
 std::shared_ptr<TriangleMesh> StepObject::traced() {
     const app::Moment& m = moment("traced()");
-    if (!m.surface->arriving) return nullptr;
+    if (!m.surface->arriving || !m.surface->arriving->trace) return nullptr;
     return std::make_shared<TriangleMesh>(app::traced_mesh(m.model, *m.surface));
 }
 

@@ -115,6 +115,7 @@ struct FluxSection {
     std::int64_t batches = 32;              ///< independent parts; errors come from their scatter
     std::int64_t seed = 1;
     double memory = 2.0;  ///< GB, that radiosity's rays may take
+    double reuse = 0.0;   ///< fluxes serve further time steps until they have changed by so much; 0: one
     double averaging =
         0.0;  ///< models see fluxes averaged over the surface within this distance; 0: as traced
     std::string stages = "step";  ///< when they are traced: at the start of a time step, or "all" its stages

@@ -159,6 +159,10 @@ std::vector<Key> keys_of(FluxSection& flux) {
         {"seed", &flux.seed, "", "of the random numbers", within(0.0, 4.0e18)},
         {"memory", &flux.memory, "GB", "that the rays of radiosity may take; it gathers no more",
          within(1e-3, 1e6)},
+        {"reuse", &flux.reuse, "",
+         "fluxes serve further time steps for as long as they change by less than this share of their mean; "
+         "0 = trace every time step",
+         within(0.0, 0.5)},
         {"averaging", &flux.averaging, kLength,
          "models see fluxes averaged over the surface within this distance, 0.25 to 8 grid spacings; 0 = as "
          "traced, less noise",

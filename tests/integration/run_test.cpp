@@ -40,6 +40,7 @@ TEST_CASE("the same recipe gives the same bytes: again, with 1 and 2 threads, an
     // The last carries coverages from step to step, so through the checkpoint, too.
     for (const std::string& recipe :
          {kQuickTrench + " --set simplify.method=none", kQuickTrench + " --set simplify.method=region",
+          kQuickTrench + " --set flux.reuse=0.1",
           kQuickTrench + " --set flux.stages=all --set advection.time_integration=rk3",
           config("quick/sf6o2_hole.toml") + " --set flux.rays=10000"}) {
         for (const std::string run : {"first", "again", "one"}) {

@@ -230,6 +230,12 @@ std::vector<std::vector<std::size_t>> traced_passes(const Model& model,
 
 }  // namespace
 
+void add_direct_parts(const Recipe& recipe, const Model& model, const TracedSurface& surface,
+                      SurfaceFlux& arriving) {
+    arriving.direct = direct_parts(recipe, model, surface, arriving.wedges);
+    join_parts(surface, arriving);
+}
+
 SharedTraces shared_traces(const Model& model, std::vector<SpeciesMethod> methods) {
     std::vector<std::vector<std::size_t>> passes = traced_passes(model, methods);
     return {std::move(methods), std::move(passes)};

@@ -36,6 +36,10 @@ void trace_species(const Recipe& recipe, const Model& model, const TracedSurface
                    std::span<const double> sticking, std::span<const double> emission,
                    const TraceRequest& request, SharedTraces& shared, SurfaceFlux& arriving);
 
+/// Adds what comes straight from the sources, which is computed anew, to fluxes without it that were carried over.
+void add_direct_parts(const Recipe& recipe, const Model& model, const TracedSurface& surface,
+                      SurfaceFlux& arriving);
+
 /// What a Monte Carlo trace takes from the recipe.
 flux::TraceOptions trace_options(const Recipe& recipe, const TraceRequest& request);
 

@@ -55,6 +55,12 @@ Json to_json(const SurfaceField& field);
 /// \throws nlohmann exceptions or FileError if it is not what to_json made.
 SurfaceField surface_field_from_json(const Json& json);
 
+/// For how many time steps the fluxes of the last trace serve; part of the run's state.
+struct FluxReuse {
+    std::uint32_t left = 0;   ///< time steps still to be made with them
+    std::uint32_t since = 0;  ///< time steps made with them
+};
+
 /// The name under which a time step's flux gradient is carried on to the next one, among the coverages.
 inline constexpr const char* kFluxGradient = "flux_gradient";
 
@@ -65,6 +71,7 @@ bool bounds_by_flux(const SimplifySection& section);
 /// at the wedge, less three standard errors, as a share of its mean there, per length. 0 where nothing but
 /// noise changes.
 /// \param mesh      traced.
+/// \pre \p arriving was traced there, not carried over.
 std::vector<double> flux_gradient(const TriangleMesh& mesh, const SurfaceFlux& arriving);
 
 /// Names under which fluxes and coverages of a model are carried on: flux_*, then its coverages.
@@ -73,6 +80,12 @@ std::vector<std::string> carried_names(const Model& model);
 /// Fluxes and coverages as a field on the traced mesh, by carried_names.
 /// \pre the surface has fluxes.
 SurfaceField flux_field(const Model& model, const TracedSurface& surface);
+
+/// Fluxes and coverages of the closest points of \p field, in place of a trace.
+/// \param parts  materials and wedges of \p mesh.
+/// \returns \p parts with fluxes and coverages.
+SurfaceFlux carried_fluxes(const Model& model, const SurfaceField& field, const TriangleMesh& mesh,
+                           SurfaceFlux parts);
 
 /// The surface with the fluxes of a later time, by what they were a time step before at the closest point: F + share (F -
 /// F_before), share 1/2 for the middle of a time step as long as the one before (the two-step method of Adams and Bashforth).
@@ -89,5 +102,22 @@ TracedSurface with_later_fluxes(const Model& model, const SurfaceField& before, 
 /// \pre the surface was traced.
 SurfaceField field_to_carry(const Recipe& recipe, const Model& model, const TracedSurface& surface,
                             const std::vector<std::vector<double>>& coverage);
+
+/// How much the fluxes have changed since \p field was traced: the mean difference over the surface as a
+/// share of the mean flux, the most of all tallies, with the part that the standard errors explain taken out.
+/// \pre the surface was traced.
+double flux_change(const Model& model, const SurfaceField& field, const TracedSurface& surface);
+
+/// How many time steps more the fluxes will stay within \p tolerance, if they go on changing by \p change
+/// every \p since time steps; no more than 8.
+std::uint32_t time_steps_within(double tolerance, double change, std::uint32_t since);
+
+/// For how many time steps more the fluxes just used serve: \p reuse counted down if they were carried over; after a trace
+/// as many time steps as their change since the last one allows.
+/// \param tolerance  [flux] reuse.
+/// \param before     fluxes of the trace before; null at the start of a step of the recipe, where nothing
+///                   is known yet of how fast they change.
+FluxReuse next_reuse(double tolerance, const Model& model, const FluxReuse& reuse, const SurfaceField* before,
+                     const TracedSurface& surface);
 
 }  // namespace sidewall::app

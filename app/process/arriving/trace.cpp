@@ -216,4 +216,12 @@ TracedSurface trace_surface(const Recipe& recipe, const Model& model, const leve
     return surface;
 }
 
+void reuse_fluxes(const Recipe& recipe, const Model& model, const levelset::MaterialStack& stack,
+                  const SurfaceField& carried, TracedSurface& surface, Timing& timing) {
+    surface.scene = build_scene(surface.raw, timing);
+    const PhaseClock clock(timing.rates);
+    surface.arriving = carried_fluxes(model, carried, surface.raw, split_at_creases(stack, surface));
+    add_direct_parts(recipe, model, surface, *surface.arriving);
+}
+
 }  // namespace sidewall::app

@@ -30,4 +30,11 @@ void trace(const Recipe& recipe, const Model& model, const levelset::MaterialSta
 TracedSurface trace_surface(const Recipe& recipe, const Model& model, const levelset::MaterialStack& stack,
                             const SurfaceField& carried, const TraceRequest& request, Timing& timing);
 
+/// Gives the surface as extracted the fluxes and coverages of an earlier one, in place of a trace: those of the
+/// closest points.
+/// \param carried  from field_to_carry with [flux] reuse.
+/// \pre the model traces species.
+void reuse_fluxes(const Recipe& recipe, const Model& model, const levelset::MaterialStack& stack,
+                  const SurfaceField& carried, TracedSurface& surface, Timing& timing);
+
 }  // namespace sidewall::app

@@ -59,7 +59,7 @@ struct SurfaceFlux {
     std::vector<std::vector<double>> flux;      ///< what models see, by tally (flux_names) and wedge
     std::vector<DirectPart> direct;             ///< parts of flux
     std::vector<std::vector<double>> coverage;  ///< by Model::coverages and wedge
-    std::optional<TraceReport> trace;           ///< absent before the first trace
+    std::optional<TraceReport> trace;           ///< absent where all is carried over from an earlier surface
 };
 
 /// The wafer's surface at one time, what is traced in its place, and what arrives on it.

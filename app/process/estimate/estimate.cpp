@@ -201,7 +201,7 @@ void count_step(Estimation& e, const Step& step, double times) {
     e.last_seconds += e.cells * saving;
     start = now();
     advect(e.measured, motions, next, e.state.stack, timing);
-    if (pilot.surface.arriving)
+    if (pilot.surface.arriving && pilot.surface.arriving->trace)
         field_to_carry(e.measured, model, pilot.surface,
                        coverages_after(model, pilot.surface, next.dt));  // for its time alone
     moving += now() - start;

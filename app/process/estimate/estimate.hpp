@@ -32,7 +32,8 @@ struct Estimate {
 /// then extrapolates: a step's time steps from its duration or stop condition and the speed of the fastest
 /// material that lies on the wafer, wall time from its phases, tracing in proportion to the rays.
 ///
-/// Usually within a factor of two; what a step uncovers or closes later is not seen.
+/// Usually within a factor of two; what a step uncovers or closes later is not seen. With [flux] reuse, which
+/// depends on how fluxes change, rays and seconds are those without it.
 /// \param effort  seconds to spend tracing; three times as long and steps that are left count by their duration,
 ///                like those before. A large wafer is measured on a grid up to four times coarser.
 /// \param most_building  seconds that building the wafer may take, reckoned from its cells and layers

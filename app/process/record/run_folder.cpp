@@ -313,7 +313,8 @@ void RunFolder::write_pvd(const RunState& state) const {
 void RunFolder::record(RunState& state, const Step& step, const TracedSurface& surface,
                        const TimeStep& next) {
     const PhaseClock clock(state.timing.output);
-    if (surface.arriving) add_noise(*surface.arriving->trace, next.dt, state.noise);
+    if (surface.arriving && surface.arriving->trace)
+        add_noise(*surface.arriving->trace, next.dt, state.noise);
     if (writes_) {
         const std::vector<Measure> measures = measure(recipe_, state.stack, surface.raw);
         append_row(state, with_measures(timeline_row(state, step, surface, next), measures), measures);

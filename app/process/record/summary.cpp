@@ -78,7 +78,7 @@ Json steps_json(const std::vector<Step>& steps, const RunState& state) {
 
 Json flux_json(const TracedSurface& surface) {
     Json list = Json::array();
-    if (!surface.arriving) return list;
+    if (!surface.arriving || !surface.arriving->trace) return list;
     const TraceReport& trace = *surface.arriving->trace;
     for (std::size_t k = 0; k < trace.species.size(); ++k) {
         const flux::FluxResult& flux = trace.species[k];
@@ -196,7 +196,7 @@ Json summary_of(const Recipe& recipe, const RunState& state, const std::vector<S
         summary["metrology"][m.name] = number_or_null(m.value, kDigits);
         summary["metrology_units"][m.name] = m.unit;
     }
-    if (surface.arriving && !surface.arriving->coverage.empty())
+    if (surface.arriving && surface.arriving->trace && !surface.arriving->coverage.empty())
         summary["coverage"] =
             Json{{"traces", surface.arriving->trace->traces},
                  {"mean_change", number_or_null(surface.arriving->trace->coverage_change, kErrorDigits)}};
@@ -219,16 +219,19 @@ std::string timeline_row(const RunState& state, const Step& step, const TracedSu
     const auto& traced = surface.traced();
     std::uint64_t segments = 0, leaked = 0;
     double error = 0.0;
-    if (surface.arriving)
+    // Fluxes of an earlier time step have no error of their own.
+    const bool reused = surface.arriving && !surface.arriving->trace;
+    if (surface.arriving && surface.arriving->trace)
         for (const flux::FluxResult& flux : surface.arriving->trace->species) {
             if (flux.pass_place == 0) segments += flux.segments;
             leaked += flux.leaked;
             error = std::max(error, flux.relative_error);
         }
-    return fmt::format("{},{},{:.9g},{:.9g},{:.9g},{},{},{},{},{},{},{:.6g}", state.step + 1,
+    return fmt::format("{},{},{:.9g},{:.9g},{:.9g},{},{},{},{},{},{},{}", state.step + 1,
                        csv_field(step.name), state.process_time(), next.dt, next.speed,
                        surface.raw.vertices.size(), surface.raw.triangles.size(), traced.vertices.size(),
-                       traced.triangles.size(), segments, leaked, error);
+                       traced.triangles.size(), segments, leaked,
+                       reused ? std::string() : fmt::format("{:.6g}", error));
 }
 
 std::string timeline_end_row(const RunState& state, const Step& step, const TriangleMesh& surface) {
