@@ -203,9 +203,13 @@ void run_flux(const FluxArguments& arguments) {
     const double error = json["relative_error"].get<double>();
     if (arguments.relative_error && !(error <= *arguments.relative_error))
         throw NumericsError(
-            "{}: relative error {:.3g} after {} rays, above the {:.3g} asked for{}: allow more rays with --rays or ask for less",
+            "{}: relative error {:.3g} after {} rays, above the {:.3g} asked for{}: {} or ask for less",
             arguments.mesh, error, found.emitted, *arguments.relative_error,
-            arguments.output.empty() && arguments.json.empty() ? "" : " (what they gave is written)");
+            arguments.output.empty() && arguments.json.empty() ? "" : " (what they gave is written)",
+            json.value("discretisation_error", 0.0) > flux::kElementsAlone * *arguments.relative_error
+                ? fmt::format("{:.3g} of it are the linear elements, so give a finer mesh",
+                              json["discretisation_error"])
+                : "allow more rays with --rays");
 }
 
 }  // namespace

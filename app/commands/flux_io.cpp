@@ -135,6 +135,11 @@ Json found_json(const flux::FoundFlux& found) {
     json["escaped_fraction"] = found.escaped_fraction;
     json["leaked"] = found.leaked;
     json["relative_error"] = found.relative_error;
+    if (found.radiosity) {
+        json["statistical_error"] = found.statistical_error;
+        json["discretisation_error"] = found.discretisation_error;
+        json["residual_rays"] = found.residual_rays;
+    }
     if (found.choice && found.choice->why_not.empty())
         json["auto"] = {{"relative_error", found.choice->target},
                         {"monte_carlo_cost", found.choice->monte_carlo_cost},
@@ -152,8 +157,12 @@ void print_flux_summary(const Json& json) {
                    json["nonzeros"], json["iterations"], json["seconds"]["solve"]);
     fmt::print(
         "flux (1 on an open plane): mean {:.4g}, least {:.4g}, largest {:.4g} of a triangle; "
-        "relative error of vertex flux {:.3g}\n",
-        json["flux"]["mean"], json["flux"]["min"], json["flux"]["max"], json["relative_error"]);
+        "relative error of vertex flux {:.3g}{}\n",
+        json["flux"]["mean"], json["flux"]["min"], json["flux"]["max"], json["relative_error"],
+        json.contains("discretisation_error")
+            ? fmt::format(" ({:.2g} of rays, {:.2g} of linear elements)", json["statistical_error"],
+                          json["discretisation_error"])
+            : "");
     if (json.contains("absorbed"))
         fmt::print("absorbed {}, escaped {}, leaked {}\n", json["absorbed"], json["escaped"], json["leaked"]);
     else

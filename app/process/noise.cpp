@@ -62,8 +62,11 @@ std::vector<std::optional<double>> noise_of_time_steps(const Recipe& recipe, con
 
 void add_noise(const TraceReport& trace, double dt, StepNoise& noise) {
     double worst = 0.0;
-    for (const flux::FluxResult& flux : trace.species)
-        if (std::isfinite(flux.relative_error)) worst = std::max(worst, flux.relative_error);
+    for (const flux::FluxResult& flux : trace.species) {
+        const double elements = flux.discretisation_error, all = flux.relative_error;
+        if (std::isfinite(all))
+            worst = std::max(worst, std::sqrt(std::max(0.0, all * all - elements * elements)));
+    }
     noise.squares += std::pow(worst * dt, 2.0);
     noise.time += dt;
 }

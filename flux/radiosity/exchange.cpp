@@ -246,6 +246,9 @@ void Exchange::gather(std::uint64_t rays) {
         found[i] = {};
     }
     add_to_aggregates(s, before);
+    const std::uint64_t segments = s.residual.segments;
+    trace_residual(s.geometry, *s.densities, key, s.gathers, rays, s.residual);
+    s.segments += s.residual.segments - segments;
     s.group_rays += in_group;
     s.rays += in_group * kSampleGroups;
     s.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -260,6 +263,11 @@ void Exchange::set_start_variance(std::span<const double> variance) {
     prepare(*state_);
     state_->densities->set_starts(variance);
     state_->has_importance = true;
+}
+
+void Exchange::set_residual_error(std::span<const double> error) {
+    prepare(*state_);
+    state_->residual.share = shares_of_edges(*state_->densities, error);
 }
 
 std::uint64_t Exchange::samples() const {

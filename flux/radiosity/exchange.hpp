@@ -14,6 +14,7 @@
 #include "flux/radiosity/exchange_samples.hpp"
 #include "flux/radiosity/profile_unknowns.hpp"
 #include "flux/radiosity/ray_densities.hpp"
+#include "flux/radiosity/residual.hpp"
 #include "flux/shares.hpp"
 
 namespace sidewall::flux {
@@ -56,6 +57,9 @@ class Exchange {
     /// Starts rays of further gathers half evenly, half where they lower the variance (importance sampling).
     /// \param variance  by triangle, what rays that started there so far contribute to it; in any unit.
     void set_start_variance(std::span<const double> variance);
+    /// Places the residual rays of further gathers where the elements are expected to add to errors.
+    /// \param error  by triangle, in any unit.
+    void set_residual_error(std::span<const double> error);
 
     /// The data of an Exchange. Weights of the groups' samples are for one ray a group: those of all gathers add up,
     /// and are divided by `group_rays`.
@@ -74,6 +78,7 @@ class Exchange {
         std::uint64_t rays = 0, segments = 0, leaked = 0;
         std::uint32_t gathers = 0;
         bool has_importance = false;
+        Residual residual{};
         double seconds = 0.0;
 
         /// The balanced rays of the groups whose bits are set; made when first asked for, until the next gather. Thread-safe.
@@ -87,7 +92,9 @@ class Exchange {
 
     bool has_importance() const { return state_->has_importance; }  ///< set_start_variance has been called
     std::uint64_t rays() const { return state_->rays; }  ///< traced so far: a counter that no solve changes
-    std::uint64_t segments() const { return state_->segments; }  ///< ray-scene intersections
+    /// Traced besides, see residual.hpp: at most 4 % as many.
+    std::uint64_t residual_rays() const { return state_->residual.rays.size(); }
+    std::uint64_t segments() const { return state_->segments; }  ///< ray-scene intersections of both
     std::uint64_t samples() const;  ///< pairs of points that see each other, and points that see the source
     std::uint64_t leaked() const { return state_->leaked; }
     double seconds() const { return state_->seconds; }  ///< wall time of all gathers

@@ -29,6 +29,15 @@ double tolerance_to(double target, const SolveOptions& options) {
     return std::clamp(target / kCloser, options.tolerance, std::max(1e-3, options.tolerance));
 }
 
+// The part of \p target that the rays' error may take beside the elements'; all of it where those leave
+// hardly any.
+double target_of_rays(double target, const RadiosityFlux& flux, const SolveOptions& options) {
+    const double elements = flux.discretisation_error;
+    return options.of_rays || elements >= kElementsAlone * target
+               ? target
+               : std::sqrt(target * target - elements * elements);
+}
+
 double rays_of_unknown(const Exchange& exchange) {
     return static_cast<double>(exchange.rays()) / static_cast<double>(exchange.unknowns());
 }
@@ -119,6 +128,21 @@ void add_variance(const Exchange::State& s, const DiffuseSpecies& species, const
     for (std::size_t t = 0; t < own.size(); ++t) variance[t] += own[t] / sum;
 }
 
+// Further gathers place their residual rays, which measure the elements' error, where slopes of \p fluxes
+// change.
+void place_residual_rays(Exchange& exchange, std::span<const RadiosityFlux> fluxes) {
+    const Exchange::State& s = exchange.state();
+    const TriangleMesh& mesh = s.geometry.mesh;
+    Values shares(mesh.triangles.size(), 0.0);
+    for (const RadiosityFlux& flux : fluxes) {
+        const Values error = errors_of(expected_bends(mesh, s.wedges, flux.wedge.flux));
+        double sum = 0.0;
+        for (std::size_t t = 0; t < error.size(); ++t) sum += triangle_area(mesh, t) * error[t];
+        for (std::size_t t = 0; t < error.size() && sum > 0.0; ++t) shares[t] += error[t] / sum;
+    }
+    exchange.set_residual_error(shares);
+}
+
 // Importance sampling: further gathers of \p exchange start their rays where they lower the relative errors
 // of all \p fluxes most, by adjoint solutions on the rays so far. Traces no ray.
 void set_importance(Exchange& exchange, std::span<const DiffuseSpecies> species,
@@ -128,6 +152,7 @@ void set_importance(Exchange& exchange, std::span<const DiffuseSpecies> species,
     for (std::size_t k = 0; k < species.size(); ++k)
         add_variance(s, species[k], fluxes[k], options, variance);
     exchange.set_start_variance(variance);
+    place_residual_rays(exchange, fluxes);
 }
 
 }  // namespace
@@ -192,7 +217,8 @@ std::vector<RadiosityFlux> solve_fluxes_to(std::span<const double> targets, Exch
         double worst = 0.0;  // error over its target
         for (std::size_t k = 0; k < species.size(); ++k) {
             fluxes.push_back(solve_flux(exchange, species[k], close));
-            worst = std::max(worst, fluxes.back().relative_error / targets[k]);
+            worst = std::max(
+                worst, fluxes.back().statistical_error / target_of_rays(targets[k], fluxes.back(), options));
         }
         const std::uint64_t rays = exchange.rays();
         const std::uint64_t left = std::min(most_rays > rays ? most_rays - rays : 0, exchange.rays_left());
@@ -203,6 +229,7 @@ std::vector<RadiosityFlux> solve_fluxes_to(std::span<const double> targets, Exch
             if (!exchange.has_importance() && more == 3.0) set_importance(exchange, species, fluxes, options);
         } catch (const NumericsError&) {
         }
+        place_residual_rays(exchange, fluxes);
         exchange.gather(std::min(left, static_cast<std::uint64_t>(more * static_cast<double>(rays)) + 1));
     }
 }
@@ -248,7 +275,8 @@ MethodChoice choose_method(Exchange& exchange, const Species& species,
             RadiosityFlux first = solve_flux(exchange, diffuse, close);
             choice.guess = std::move(first.wedge.flux);
             const double rays = rays_of_unknown(exchange);
-            choice.rays = rays_needed(choice.target, kOneHalving * first.relative_error, rays);
+            // All of the target: what few rays show of the elements' error is mostly noise.
+            choice.rays = rays_needed(choice.target, kOneHalving * first.statistical_error, rays);
             choice.spent = cost(rays);
             choice.radiosity_cost = cost(choice.rays);
         } catch (const NumericsError&) {  // e.g. a pocket that so few rays do not leave

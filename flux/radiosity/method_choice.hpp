@@ -24,8 +24,12 @@ std::string why_not_radiosity(const Species& species);
 void gather_for(std::span<const DiffuseSpecies> species, Exchange& exchange, std::uint64_t rays,
                 const SolveOptions& options = {});
 
+/// Share of a target error above which the linear elements alone exceed it: more rays would not help.
+inline constexpr double kElementsAlone = 0.9;
+
 /// Gathers until the relative_error of every one of \p species is at most its target, or rays or memory are
-/// spent; the results' relative_error shows which. The solver's tolerance is a two-hundredth of the least target.
+/// spent; the results' relative_error shows which. Where the elements' error comes near to the target, more rays do
+/// not help: then until the statistical_error is. The solver's tolerance is a two-hundredth of the least target.
 /// \param targets    by species, above 0.
 /// \param most_rays  to gather in all, those that \p exchange has included.
 std::vector<RadiosityFlux> solve_fluxes_to(std::span<const double> targets, Exchange& exchange,

@@ -1,6 +1,6 @@
 #include "flux/radiosity/radiosity.hpp"
 
-#include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 
@@ -67,7 +67,7 @@ Values difference(const Values& one, const Values& other) {
     return d;
 }
 
-double relative_error(const Wedges& wedges, const FluxField& vertex) {
+double statistical_error(const Wedges& wedges, const FluxField& vertex) {
     double error = 0.0, flux = 0.0;
     for (std::size_t v = 0; v < vertex.flux.size(); ++v)
         for (std::uint32_t w = wedges.first[v]; w < wedges.first[v + 1]; ++w) {
@@ -75,6 +75,32 @@ double relative_error(const Wedges& wedges, const FluxField& vertex) {
             flux += wedges.area[w] * vertex.flux[v];
         }
     return flux > 0.0 ? error / flux : error > 0.0 ? kInfinity : 0.0;
+}
+
+// Error of the linear elements relative to the flux. \p one, other: from two halves of the rays.
+double discretisation_error(const Exchange::State& s, const DiffuseSpecies& species, const Solver& solver,
+                            const Values& flux, const Values& one, const Values& other) {
+    const TriangleMesh& mesh = s.geometry.mesh;
+    const Values bends = expected_bends(mesh, s.wedges, flux);
+    const auto emitted = [&](const Values& by_wedge) {
+        Values by = by_unknown(s, by_wedge);
+        for (std::size_t i = 0; i < by.size(); ++i) by[i] *= solver.reemitted()[i];
+        if (species.emission.empty()) return by;
+        const Values own = by_unknown(s, species.emission);
+        for (std::size_t i = 0; i < own.size(); ++i) by[i] += own[i];
+        return by;
+    };
+    const double factor = bend_factor(s.geometry, s.profile, s.residual, bends, emitted(one), emitted(other),
+                                      species.source, species.source_exponent);
+    const Values expected = errors_of(bends);
+    const Values absorption = solver.absorption_error(by_unknown(s, flux));
+    double bent = 0.0, absorbed = 0.0, sum = 0.0;
+    for (std::size_t t = 0; t < expected.size(); ++t) bent += triangle_area(mesh, t) * expected[t];
+    for (std::size_t w = 0; w < flux.size(); ++w) {
+        absorbed += s.wedges.area[w] * std::abs(absorption[s.profile.unknown[w]]);
+        sum += s.wedges.area[w] * flux[w];
+    }
+    return sum > 0.0 ? std::hypot(factor * bent, absorbed) / sum : 0.0;
 }
 
 }  // namespace
@@ -93,26 +119,32 @@ RadiosityFlux solve_flux(const Exchange& exchange, const DiffuseSpecies& species
     result.triangle.error.assign(s.geometry.mesh.triangles.size(), 0.0);
     result.vertex.error.assign(s.geometry.mesh.vertices.size(), 0.0);
     ErrorSums sums;
+    std::array<Values, 2> halves;
     const std::size_t halvings = options.errors
                                      ? std::clamp<std::size_t>(options.halvings, 1, std::size(kHalves))
                                  : options.unbiased ? 1
                                                     : 0;
     for (std::size_t k = 0; k < halvings; ++k) {
         const double tolerance = 10.0 * options.tolerance;
-        const Values one = solver.solve(kHalves[k], whole.flux, tolerance).flux,
-                     other = solver.solve(kAllGroups & ~kHalves[k], whole.flux, tolerance).flux;
+        Values one = solver.solve(kHalves[k], whole.flux, tolerance).flux,
+               other = solver.solve(kAllGroups & ~kHalves[k], whole.flux, tolerance).flux;
         sums.add(s, difference(one, other));
         // The bias falls as 1 / rays: the two halves of the rays are off by twice the whole's.
         for (std::size_t i = 0; i < whole.flux.size() && options.unbiased; ++i)
             result.wedge.flux[i] +=
                 (whole.flux[i] - 0.5 * (one[i] + other[i])) / static_cast<double>(halvings);
+        if (k == 0) halves = {std::move(one), std::move(other)};
     }
     for (double& flux : result.wedge.flux) flux = std::max(0.0, flux);
     // Half of a difference has the error of the whole.
     if (options.errors) sums.put(0.25 / static_cast<double>(halvings), result);
     result.triangle.flux = over_triangles(s, result.wedge.flux);
     result.vertex.flux = over_vertices(s, result.wedge.flux);
-    result.relative_error = relative_error(s.wedges, result.vertex);
+    result.statistical_error = statistical_error(s.wedges, result.vertex);
+    if (options.errors)
+        result.discretisation_error =
+            discretisation_error(s, species, solver, result.wedge.flux, halves[0], halves[1]);
+    result.relative_error = std::hypot(result.statistical_error, result.discretisation_error);
     double emitted = species.source * s.geometry.box.area(), absorbed = 0.0;
     for (std::size_t i = 0; i < whole.flux.size(); ++i) {
         absorbed += s.wedges.area[i] * species.sticking[i] * whole.flux[i];

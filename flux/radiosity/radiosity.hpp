@@ -39,14 +39,19 @@ struct SolveOptions {
     bool errors = true;          ///< standard errors, for about twice as much time; false leaves them 0
     std::uint32_t halvings = 3;  ///< of the rays that errors come from, 1 to 3: with fewer they scatter more
     bool unbiased = true;        ///< subtracts the bias that halves of the rays show; free with errors
+    /// Targets of solve_fluxes_to are for the statistical errors alone, as when two methods on one mesh are compared.
+    bool of_rays = false;
     std::function<bool()> stop{};
 };
 
 /// A solved flux. Per triangle, wedge and vertex as the tracer's, see TallyFlux.
 struct RadiosityFlux : TallyFlux {
-    /// sum(area * standard error) / sum(area * flux) over vertices, as FluxResult's; 0 without errors. That of the linear elements
-    /// on a coarse mesh is not in it.
-    double relative_error = 0.0;
+    double relative_error = 0.0;  ///< the root of the sum of the squares of the next two; 0 without errors
+    /// sum(area * standard error) / sum(area * flux) over vertices, as FluxResult's: of the rays.
+    double statistical_error = 0.0;
+    /// Error of the linear elements: sum(area * rms error of a triangle) / sum(area * flux), see
+    /// residual.hpp.
+    double discretisation_error = 0.0;
     double absorbed = 0.0, escaped = 0.0;  ///< of what source and surface emit; their sum is 1
     std::uint32_t iterations = 0;          ///< of the solver, without those for the errors
     double seconds = 0.0;                  ///< wall time

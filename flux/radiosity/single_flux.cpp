@@ -21,7 +21,7 @@ RadiosityFlux solve(const SingleFlux& asked, const MethodChoice& choice, Exchang
                                  .source_exponent = asked.species.source_exponent,
                                  .sticking = sticking,
                                  .guess = choice.guess};
-    const SolveOptions options{.stop = asked.options.stop};
+    const SolveOptions options{.of_rays = !asked.options.relative_error, .stop = asked.options.stop};
     if (choice.target > 0.0) {
         const std::uint64_t most = asked.options.relative_error
                                        ? asked.options.rays
@@ -68,8 +68,11 @@ FoundFlux find_flux(const std::string& method, const SingleFlux& a,
     found.solve_seconds = solved.seconds;
     found.unknowns = exchange->unknowns();
     found.samples = exchange->samples();
+    found.residual_rays = exchange->residual_rays();
     found.iterations = solved.iterations;
     found.relative_error = solved.relative_error;
+    found.statistical_error = solved.statistical_error;
+    found.discretisation_error = solved.discretisation_error;
     static_cast<TallyFlux&>(found) = std::move(solved);
     return found;
 }

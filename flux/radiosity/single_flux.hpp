@@ -36,8 +36,9 @@ struct FoundFlux : FluxResult {
     // Of radiosity alone:
     double solve_seconds = 0.0;  ///< a part of `seconds`
     std::size_t unknowns = 0;
-    std::uint64_t samples = 0;
+    std::uint64_t samples = 0, residual_rays = 0;
     std::uint32_t iterations = 0;
+    double statistical_error = 0.0;
 };
 
 /// Finds a flux by `monte-carlo`, `radiosity` or `auto`, which takes the one that costs less.

@@ -194,4 +194,28 @@ std::vector<Values> Solver::respond(const std::vector<Values>& rights, double to
     return responses;
 }
 
+// With u = (1 - s) flux, (absorption + M) u is what arrives at the hat functions: the flux there is M^-1
+// times that.
+std::vector<double> Solver::absorption_error(std::span<const double> flux) const {
+    constexpr int kRelaxations = 4;  // M and its lumped form differ by a factor of 4 at most
+    const std::span<const double> area = s_.profile.unknowns.area;
+    Values left(flux.size(), 0.0), error(flux.size(), 0.0);
+    for (std::size_t i = 0; i < left.size(); ++i)
+        for (WedgeMatrix::InnerIterator mass(s_.mass, i), own(absorption_, i); mass; ++mass, ++own) {
+            const std::size_t j = mass.col();
+            left[i] += ((own.value() + mass.value()) * reemitted_[j] - mass.value()) * flux[j];
+        }
+    for (int k = 0; k < kRelaxations; ++k) {
+        const Values before = error;
+        for (std::size_t i = 0; i < left.size(); ++i) {
+            if (!(area[i] > 0.0)) continue;
+            double rest = left[i];
+            for (WedgeMatrix::InnerIterator mass(s_.mass, i); mass; ++mass)
+                rest -= mass.value() * before[mass.col()];
+            error[i] += rest / area[i];
+        }
+    }
+    return error;
+}
+
 }  // namespace sidewall::flux

@@ -33,6 +33,10 @@ class Solver {
     std::vector<std::vector<double>> respond(const std::vector<std::vector<double>>& rights,
                                              double tolerance) const;
 
+    /// Error of the absorption where sticking varies over an element, as a flux by unknown: arrivals by the
+    /// balance, emission and absorption together, less \p flux by unknown. 0 where sticking is uniform.
+    std::vector<double> absorption_error(std::span<const double> flux) const;
+
     /// 1 - s, by unknown, never 0.
     std::span<const double> reemitted() const { return reemitted_; }
 

@@ -79,7 +79,8 @@ struct FluxResult : TallyFlux {
     Ledger ledger, redeposited;   ///< of the species, and of what its hits sputter
     double relative_error = 0.0;  ///< sum(area * standard error) / sum(area * flux) over vertices, of the
                                   ///< arrivals; infinite without hits
-    double seconds = 0.0;         ///< wall time of the pass
+    double discretisation_error = 0.0;  ///< of RadiosityFlux, whose relative_error has it in it; 0 of paths
+    double seconds = 0.0;               ///< wall time of the pass
     /// Species that the pass traced together, and this one's place among them: segments, rescued and seconds
     /// are the same for all of them, so sum those of place 0.
     std::uint32_t pass_species = 1, pass_place = 0;

@@ -407,6 +407,7 @@ TEST_CASE("radiosity has the same bits on any number of threads, and gathers tha
     const auto [four, same] = solved(4);
     CHECK(one.wedge.flux == four.wedge.flux);
     CHECK(one.wedge.error == four.wedge.error);
+    CHECK(one.discretisation_error > 0.0);
     CHECK(one.relative_error == four.relative_error);
     CHECK(rays == same);
     CHECK(rays == Approx(48.0 * static_cast<double>(cavity.wedges.count())).epsilon(0.01));

@@ -47,6 +47,7 @@ std::vector<flux::RadiosityFlux> solve(const Recipe& recipe, std::span<const flu
     flux::SolveOptions options;
     options.stop = request.stop;
     options.errors = request.errors;
+    options.of_rays = !recipe.flux.relative_error;  // auto's targets are those of its paths
     if (std::ranges::any_of(targets, [](double target) { return target > 0.0; })) {
         std::vector<double> bounds(targets.begin(), targets.end());
         std::ranges::replace(bounds, 0.0, kInfinity);
@@ -74,6 +75,7 @@ flux::FluxResult as_result(flux::RadiosityFlux&& flux, const flux::Exchange& exc
     result.segments = exchange.segments();
     result.leaked = place == 0 ? exchange.leaked() : 0;
     result.relative_error = flux.relative_error;
+    result.discretisation_error = flux.discretisation_error;
     result.seconds = exchange.seconds();
     result.pass_species = static_cast<std::uint32_t>(species);
     result.pass_place = static_cast<std::uint32_t>(place);

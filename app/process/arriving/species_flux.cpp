@@ -18,6 +18,16 @@ namespace {
 // flux::kRoundingLeaks allows in the million rays that a species traces by default.
 constexpr double kSingleLeaks = 10.0;
 
+// What lowers a relative error above the one asked for.
+std::string remedy(const Recipe& recipe, const flux::FluxResult& result, const SpeciesMethod& method) {
+    if (result.discretisation_error > flux::kElementsAlone * *recipe.flux.relative_error)
+        return fmt::format(
+            "{:.3g} of it are the traced mesh's linear elements, so make grid_spacing or "
+            "simplify.l_max smaller",
+            result.discretisation_error);
+    return method.radiosity ? "allow more flux.max_rays and flux.memory" : "allow more flux.max_rays";
+}
+
 // The noise of a result above what was asked for, in a line; empty if it is not.
 std::string noise_warning(const Recipe& recipe, const flux::FluxResult& result, const SpeciesMethod& method,
                           std::uint32_t time_step) {
@@ -25,15 +35,16 @@ std::string noise_warning(const Recipe& recipe, const flux::FluxResult& result, 
     if (recipe.flux.relative_error && !(result.relative_error <= *recipe.flux.relative_error))
         return fmt::format(
             "time step {}: species {}: relative error {:.3g} after {} rays, above the {:.3g} asked "
-            "for: allow more flux.max_rays{} or ask for less",
+            "for: {} or ask for less",
             time_step, method.species, result.relative_error, result.emitted, *recipe.flux.relative_error,
-            method.radiosity ? " and flux.memory" : "");
-    if (!method.radiosity || !(method.target > 0.0) || !(result.relative_error > kMissed * method.target))
-        return {};
+            remedy(recipe, result, method));
+    const double statistical = std::sqrt(
+        std::max(0.0, std::pow(result.relative_error, 2.0) - std::pow(result.discretisation_error, 2.0)));
+    if (!method.radiosity || !(method.target > 0.0) || !(statistical > kMissed * method.target)) return {};
     return fmt::format(
         "time step {}: species {}: radiosity's relative error is {:.3g} after {} rays, above the {:.3g} of "
         "{} paths, at which auto compared the two: allow more flux.memory or use monte-carlo",
-        time_step, method.species, result.relative_error, result.emitted, method.target, recipe.flux.rays);
+        time_step, method.species, statistical, result.emitted, method.target, recipe.flux.rays);
 }
 
 // Refuses a surface with holes, and warns of noise above what was asked for.
