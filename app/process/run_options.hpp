@@ -50,11 +50,18 @@ struct RunOptions {
     std::function<void(std::string_view)> warn{};  ///< takes warnings, a line each; empty: none is said
     std::function<bool()> stop = interrupted;      ///< asked often, by any thread; true interrupts the run
     std::function<void(const Moment&)> observe{};  ///< called before every time step and once at the end,
-                                                   ///< when all files are written; the run waits for it
+                                                   ///< when all files are written; the run waits for it, and
+                                                   ///< goes on with another recipe if it throws Revised
     CallerLaw speeds{};                            ///< in place of all models' own, if set
     flux::Shares
         shares{};  ///< processes that make the same run and share its traces; rank 0 writes the files
     std::uint32_t processes_here = 1;  ///< of them, in this machine's memory
+};
+
+/// Thrown by a run's observer before a time step: the run goes on from there with another recipe, one that
+/// require_revision lets pass. The observer is then called for that time step anew.
+struct Revised {
+    std::shared_ptr<const Recipe> recipe;
 };
 
 /// What a finished run leaves behind besides its files.

@@ -21,6 +21,7 @@
 #include "app/process/events.hpp"
 #include "app/process/noise.hpp"
 #include "app/process/record/run_folder.hpp"
+#include "app/process/revision.hpp"
 #include "app/process/run_options.hpp"
 #include "app/process/time_step.hpp"
 #include "app/process/wafer.hpp"
@@ -297,7 +298,8 @@ Model last_model(const Run& run) {
     return still_model();
 }
 
-// Saves the final surface, with the fluxes that the last model would go on with, and the summary.
+// Saves the final surface, with the fluxes that the last model would go on with, and the summary. The
+// checkpoint knows nothing of that surface: a longer recipe goes on from it as if it had been this one's.
 RunResult finish(const Run& run, RunState& state) {
     run.folder.checkpoint(state);
     const Model model = last_model(run);
@@ -349,9 +351,10 @@ RunState built_wafer(const Recipe& recipe, const RunOptions& options) {
 
 }  // namespace
 
-RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
+RunResult run_recipe(const Recipe& began_with, const RunOptions& options) {
+    Recipe recipe = began_with;  // which the observer may change
     require_memory(recipe, domain_of(recipe), options.processes_here);
-    const std::vector<Step> steps = expanded_steps(recipe);
+    std::vector<Step> steps = expanded_steps(recipe);
     RunFolder folder(options, recipe);
     RunState state = folder.goes_on() ? resume_state(options.output, recipe) : built_wafer(recipe, options);
     flux::of_first(options.shares, 0);  // all have read what rank 0 is about to change
@@ -360,14 +363,38 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
         const Json summary = read_whole_summary(options.output);
         return {levelset::extract_surface(state.stack), summary.at("timing").get<Timing>(), summary};
     }
-    folder.begin(state);
-    ProgressBar progress(options.title, total_duration(steps), recipe.domain.time_unit, !options.quiet,
-                         {.from = time_done(steps, state), .tenths = true});
-    std::set<std::string> reported;
-    const std::vector<std::optional<double>> noise = noise_of_time_steps(recipe, steps);
-    return make_run({recipe, steps, options, folder, progress, tbb::tick_count::now(), state.timing.total,
-                     reported, noise},
-                    state);
+    // When the checkpoint was written, of a finished run that is extended.
+    std::optional<std::filesystem::file_time_type> extended;
+    if (folder.goes_on() && folder.finished())
+        extended = std::filesystem::last_write_time(options.output / "checkpoint.vdb");
+    try {
+        folder.begin(state);
+        ProgressBar progress(options.title, total_duration(steps), recipe.domain.time_unit, !options.quiet,
+                             {.from = time_done(steps, state), .tenths = true});
+        std::set<std::string> reported;
+        std::vector<std::optional<double>> noise = noise_of_time_steps(recipe, steps);
+        const Run run{recipe,   steps, options, folder, progress, tbb::tick_count::now(), state.timing.total,
+                      reported, noise};
+        for (;;) {
+            try {
+                return make_run(run, state);
+            } catch (const Revised& revised) {
+                recipe = *revised.recipe;
+                const std::vector<Step> before = std::exchange(steps, expanded_steps(recipe));
+                if (state.step < before.size() && !stops_alike(steps[state.step], before[state.step]))
+                    state.endpoint = {};
+                state.reuse = {};  // what was traced is of the recipe before
+                state.methods.clear();
+                noise = noise_of_time_steps(recipe, steps);
+                folder.revise(state);
+            }
+        }
+    } catch (const Interrupted&) {
+        throw;
+    } catch (...) {
+        if (extended) rethrow_with_way_back(options.output, *extended);
+        throw;
+    }
 }
 
 }  // namespace sidewall::app

@@ -11,6 +11,7 @@
 
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
+#include "app/process/revision.hpp"
 #include "app/recipe/effective_recipe.hpp"
 #include "app/schema/keys.hpp"
 #include "levelset/layers/checkpoint.hpp"
@@ -56,8 +57,8 @@ SIDEWALL_JSON(SavedStack, time, step, materials)
 SIDEWALL_JSON(SpeciesMethod, species, radiosity, reason, target, rays)
 SIDEWALL_JSON(FluxReuse, left, since)
 SIDEWALL_JSON(RunEndpoint, masks, time, key, bare)
-SIDEWALL_JSON(RunState, step, epoch, step_start, starts, time, time_step, saved, rows, timeline, manifest,
-              time_steps, endpoint, noise, reuse, methods, files, stacks, inputs, history, timing)
+SIDEWALL_JSON(RunState, step, epoch, step_start, starts, time, time_step, saved, rows, end_row, timeline,
+              manifest, time_steps, endpoint, noise, reuse, methods, files, stacks, inputs, history, timing)
 
 namespace {
 
@@ -209,12 +210,13 @@ RunState resume_state(const std::filesystem::path& folder, const Recipe& recipe)
         const std::string text = with_files_as_now(checkpoint.recipe, checkpoint.state.inputs, inputs);
         checkpoint.state.inputs = inputs;
         if (text == effective_recipe(recipe)) return std::move(checkpoint.state);
-        const auto list = differences(recipe, parse_recipe(text, (folder / "recipe.toml").string()));
-        throw FileError("the recipes differ in {}",
-                        list.empty() ? "their steps" : fmt::format("{}", fmt::join(list, ", ")));
+        const Recipe began_with = parse_recipe(text, (folder / "recipe.toml").string());
+        extend(checkpoint.state, recipe, began_with);
+        fit(checkpoint.state.history, recipe.materials.size());
     } catch (const Error& error) {
         throw unusable(folder, error.what(), advice);
     }
+    return std::move(checkpoint.state);
 }
 
 void save_state(const std::filesystem::path& folder, const Recipe& recipe, const RunState& state) {

@@ -55,7 +55,8 @@ struct RunState {
     std::vector<double> starts;   ///< process times at which the steps so far began
     std::uint32_t time_step = 0;  ///< over the whole run
     std::size_t saved = 0;        ///< surfaces written
-    std::size_t rows = 0;         ///< of the timeline
+    std::size_t rows = 0;         ///< of the timeline, less its last one if that is end_row
+    std::string end_row;          ///< of the step that has just ended: a longer recipe may extend that step
     std::string timeline,
         manifest;  ///< digests, of the timeline up to rows; empty in earlier versions' checkpoints
     std::vector<std::size_t> time_steps;  ///< taken in each step of the recipe
@@ -113,8 +114,8 @@ struct Checkpoint {
 Checkpoint read_checkpoint(const std::filesystem::path& folder, const Recipe& recipe,
                            const std::string& advice);
 
-/// The state in DIR/checkpoint.vdb, from which the recipe that made it goes on.
-/// \throws FileError if there is none, it is damaged, or naming how that recipe differs.
+/// The state in DIR/checkpoint.vdb, from which the recipe can go on (process/revision.hpp).
+/// \throws FileError if there is none, it is damaged, or naming how the recipe that made it differs.
 RunState resume_state(const std::filesystem::path& folder, const Recipe& recipe);
 
 /// Writes DIR/checkpoint.vdb.

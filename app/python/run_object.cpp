@@ -8,8 +8,10 @@
 #include <algorithm>
 
 #include "app/process/record/saved_meshes.hpp"
+#include "app/process/revision.hpp"
 #include "app/python/arrays.hpp"
 #include "app/python/interruptible.hpp"
+#include "app/recipe/effective_recipe.hpp"
 #include "app/results/metrology.hpp"
 #include "levelset/meshes/contact_lines.hpp"
 #include "surface/cut.hpp"
@@ -143,23 +145,24 @@ py::list StepObject::profile(const std::string& plane) {
     return lines;
 }
 
-Simulation::Simulation(std::shared_ptr<const app::Recipe> recipe, app::RunOptions options, py::object law,
+Simulation::Simulation(std::shared_ptr<app::Recipe> recipe, app::RunOptions options, py::object law,
                        py::object folder)
     : recipe_(std::move(recipe)),
+      began_with_(recipe_),
       options_(std::move(options)),
       law_(std::move(law)),
       folder_(std::move(folder)) {
     options_.quiet = true;
     options_.stop = [this] { return stop_.load(); };
     options_.observe = [this](const app::Moment& moment) { observe(moment); };
-    if (!law_.is_none()) options_.speeds = speeds_by(law_, *recipe_);
+    if (!law_.is_none()) options_.speeds = speeds_by(law_, *began_with_);
 }
 
 // In the run's thread.
 void Simulation::run() {
     std::exception_ptr error;
     try {
-        app::run_recipe(*recipe_, options_);
+        app::run_recipe(*began_with_, options_);
     } catch (...) {
         error = std::current_exception();
     }
@@ -174,12 +177,37 @@ void Simulation::run() {
 // In the run's thread.
 void Simulation::observe(const app::Moment& moment) {
     std::unique_lock lock(mutex_);
+    if (std::exchange(revised_step_, std::nullopt) == moment.state.step && moment.summary == nullptr) return;
     moment_ = &moment;
     running_ = false;
     turn_.notify_all();
     turn_.wait(lock, [&] { return running_; });
     moment_ = nullptr;
     if (stop_ && moment.summary == nullptr) throw Interrupted("");
+    if (!revised_) return;
+    revised_step_ = moment.state.step;
+    throw app::Revised{std::exchange(revised_, nullptr)};
+}
+
+void Simulation::revise(std::shared_ptr<app::Recipe> recipe) {
+    if (!thread_.joinable()) {  // nothing has begun
+        began_with_ = recipe_ = std::move(recipe);
+        if (!law_.is_none()) options_.speeds = speeds_by(law_, *began_with_);
+        return;
+    }
+    if (app::effective_recipe(*recipe) == app::effective_recipe(*recipe_)) return;
+    if (moment_ == nullptr || moment_->summary != nullptr) {
+        const auto duration = [](const app::Recipe& of) {
+            return app::total_duration(app::expanded_steps(of));
+        };
+        if (duration(*recipe) == duration(*recipe_))
+            return;  // changed in the body of the last time step's loop
+        throw RecipeError(
+            "the simulation has ended: a longer recipe goes on from its folder with resume=True");
+    }
+    app::require_revision(*recipe, *recipe_, moment_->state);
+    recipe_ = std::move(recipe);
+    revised_ = recipe_;
 }
 
 void Simulation::resume_and_wait() {
@@ -257,6 +285,7 @@ It keeps what it was asked for; anything else is available only until the next t
              py::arg("recipe"), py::arg("output"), py::arg("resume"), py::arg("overwrite"), py::arg("law"),
              py::arg("folder"))
         .def("next", &Simulation::next)
+        .def("revise", &Simulation::revise)
         .def("close", &Simulation::close)
         .def_property_readonly("summary", &Simulation::summary);
 }

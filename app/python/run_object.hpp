@@ -50,7 +50,7 @@ class Simulation : public std::enable_shared_from_this<Simulation> {
   public:
     /// \param law     a callable that gives the speeds, or None.
     /// \param folder  owner of a temporary \p options.output, or None; kept until the run has ended.
-    Simulation(std::shared_ptr<const app::Recipe> recipe, app::RunOptions options, py::object law,
+    Simulation(std::shared_ptr<app::Recipe> recipe, app::RunOptions options, py::object law,
                py::object folder);
     ~Simulation() { close(); }  // NOLINT(bugprone-exception-escape): only if a mutex fails
     Simulation(const Simulation&) = delete;
@@ -59,6 +59,9 @@ class Simulation : public std::enable_shared_from_this<Simulation> {
     /// Goes on to the next time step.
     /// \throws StopIteration after the end, and what the run throws.
     std::shared_ptr<StepObject> next();
+    /// Replaces the recipe from the current time step on.
+    /// \throws RecipeError as require_revision.
+    void revise(std::shared_ptr<app::Recipe> recipe);
     /// Stops the run with a checkpoint.
     void close();
     /// The text of summary.json; empty before the end.
@@ -70,7 +73,8 @@ class Simulation : public std::enable_shared_from_this<Simulation> {
     void observe(const app::Moment& moment);
     void resume_and_wait();
 
-    std::shared_ptr<const app::Recipe> recipe_;
+    std::shared_ptr<app::Recipe> recipe_;  // in force
+    std::shared_ptr<const app::Recipe> began_with_;
     app::RunOptions options_;
     py::object law_, folder_;
     std::string summary_;
@@ -79,8 +83,10 @@ class Simulation : public std::enable_shared_from_this<Simulation> {
     std::atomic<bool> stop_ = false;
     std::mutex mutex_;
     std::condition_variable turn_;
-    bool running_ = false, ended_ = false;  // the run has its turn; it has returned
-    const app::Moment* moment_ = nullptr;   // at which the run waits
+    bool running_ = false, ended_ = false;        // the run has its turn; it has returned
+    const app::Moment* moment_ = nullptr;         // at which the run waits
+    std::shared_ptr<const app::Recipe> revised_;  // the next recipe
+    std::optional<std::size_t> revised_step_;     // whose time step is made anew
     std::exception_ptr error_;
     std::thread thread_;
 };

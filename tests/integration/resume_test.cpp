@@ -277,20 +277,46 @@ TEST_CASE("an unfinished run and another recipe's result are replaced only when 
     CHECK(run_program(folder.path, kRun + "out --set flux.seed=2 --overwrite --resume").exit_code == 2);
 }
 
-TEST_CASE("a run goes on with its own recipe alone") {
+TEST_CASE("a finished run goes on with further steps and more repeats as if they had been there") {
+    const Folder folder;
+    write_bytes(folder.path / "recipe", kResumed + kResumedDeposit);
+    REQUIRE(run_program(folder.path, kRun + "extended").exit_code == 0);
+    write_bytes(folder.path / "recipe", kResumed + kResumedDeposit + kResumedEtch);
+    REQUIRE(run_program(folder.path, kRun + "whole").exit_code == 0);
+    REQUIRE(run_program(folder.path, kRun + "extended --resume").exit_code == 0);
+    CHECK(unequal(folder.path / "extended", folder.path / "whole") == "");
+
+    // Reports call the step "cycle 2 of 2" instead.
+    const auto again = run_program(folder.path, kRun + "extended --set step[1].repeat=2 --resume");
+    INFO(again.output);
+    CHECK(again.exit_code == 0);
+    REQUIRE(run_program(folder.path, kRun + "whole --set step[1].repeat=2 --overwrite").exit_code == 0);
+    CHECK(unequal(folder.path / "extended", folder.path / "whole") == "timeline.csv ");
+}
+
+TEST_CASE("a finished run goes on with a longer last step, and not with a shorter one") {
     const Folder folder;
     write_bytes(folder.path / "recipe", kResumed + kResumedDeposit + kResumedEtch);
-    REQUIRE(run_program(folder.path, kRun + "out").exit_code == 0);
-    const auto before = files(folder.path / "out");
+    const std::string every = " --set output.every=0.1", longer = every + " --set step[1].duration=0.4";
+    REQUIRE(run_program(folder.path, kRun + "extended" + every).exit_code == 0);
+    REQUIRE(run_program(folder.path, kRun + "whole" + longer).exit_code == 0);
+    REQUIRE(run_program(folder.path, kRun + "extended --resume" + longer).exit_code == 0);
+    CHECK(unequal(folder.path / "extended", folder.path / "whole") == "");
+
+    const auto before = files(folder.path / "extended");
     const auto refuses = [&](const std::string& setting, const std::string& told) {
-        const auto outcome = run_program(folder.path, kRun + "out --resume --set " + setting);
+        const auto outcome =
+            run_program(folder.path, kRun + "extended --resume" + longer + " --set " + setting);
         INFO(outcome.output);
         CHECK(outcome.exit_code == 3);
         CHECK(holds(outcome, told));
     };
-    refuses("step[1].duration=0.4", "the recipes differ in their steps");
+    refuses("step[1].duration=0.3", "step 2 (2 isotropic): duration = 0.3 (there 0.4 are done)");
+    refuses("step[0].sticking=0.4", "step 1 (1 single_particle): sticking = 0.4 (there 0.5)");
+    refuses("step[0].duration=0.3", "step 1 (1 single_particle): duration = 0.3 (there 0.2)");
     refuses("layer[0].depth=0.6", "layer[0].depth = 0.6 (there 0.5)");
-    CHECK(files(folder.path / "out") == before);
+    refuses("step[1].stop_depth=0.1", "step 2 (2 isotropic): an earlier stop_depth");
+    CHECK(files(folder.path / "extended") == before);
 }
 
 TEST_CASE("a moved project goes on: files that the recipe names are known by what is in them") {
@@ -316,6 +342,21 @@ TEST_CASE("a moved project goes on: files that the recipe names are known by wha
     INFO(resumed.output);
     REQUIRE(resumed.exit_code == 0);
     CHECK(unequal(there / "stopped", there / "whole") == "recipe.toml ");  // which names the file
+}
+
+TEST_CASE("an extension of a finished run that fails says how to get back") {
+    const Folder folder;
+    write_bytes(folder.path / "recipe", kResumed + kResumedDeposit + kResumedEtch);
+    REQUIRE(run_program(folder.path, kRun + "whole").exit_code == 0);
+    fs::copy(folder.path / "whole", folder.path / "out");
+    const std::string longer = kRun + "out --resume --set step[1].duration=0.4";
+    const auto failed = run_with_fault(folder.path, "full 12", longer);
+    INFO(failed.output);
+    CHECK(failed.exit_code == 5);
+    CHECK(holds(failed, "its checkpoint is as it was: --resume with the recipe as it was"));
+    REQUIRE_FALSE(fs::exists(folder.path / "out" / "summary.json"));
+    REQUIRE(run_program(folder.path, kRun + "out --resume").exit_code == 0);
+    CHECK(unequal(folder.path / "out", folder.path / "whole") == "");
 }
 
 TEST_CASE("a closed terminal ends a run like Ctrl-C: it can be resumed") {

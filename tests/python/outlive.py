@@ -17,10 +17,12 @@ TRENCH = {
 sidewall.limit_threads(1)
 kept = []
 simulation = sidewall.Simulation(TRENCH, law=lambda points: points.speeds)
-for step in simulation:
+for count, step in enumerate(simulation):
     mesh = step.surface()
     kept += [mesh.points, mesh.triangles, step.fluxes["neutral"], mesh.triangle_data["material"], step.profile()[0]]
     kept += [layer.points for _, layer in step.layers()]
+    if count == 0:
+        simulation.recipe["flux.rays"] = 1500
 left = next(sidewall.Simulation(TRENCH)).surface().points  # of a run that is dropped at once
 for method in ("monte-carlo", "radiosity"):
     flux = sidewall.flux(*mesh, rays=2000, boundary="reflective", method=method)

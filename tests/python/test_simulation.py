@@ -1,5 +1,6 @@
 """Recipes and runs in a script: the program's own bytes and messages."""
 
+import copy
 import os
 import signal
 import subprocess
@@ -182,6 +183,94 @@ def test_a_law_that_fails_ends_the_run_with_its_own_error():
     crystal = sidewall.Recipe(CONFIGS / "quick" / "wet_etch_pit.toml")
     with pytest.raises(sidewall.RecipeError, match="turns with the normal"):
         list(sidewall.Simulation(crystal, law=lambda points: points.speeds))
+
+
+def test_the_recipe_may_change_between_time_steps(tmp_path):
+    # 0.2 of film in the first half of the time, at 0.2 per time; 0.05 in the second, at half of it.
+    recipe = sidewall.Recipe(PLANE)
+    simulation = sidewall.Simulation(recipe, tmp_path / "changed")
+    times = []
+    for step in simulation:
+        times.append(step.time)
+        if step.time >= 0.5 and simulation.recipe["step[0].rate"] == 0.2:
+            simulation.recipe["step[0].rate"] = 0.1
+            changed = step.time
+    assert recipe["step[0].rate"] == 0.2  # another one's
+    assert times == sorted(set(times)) and step.time == 1.0
+    expected = 0.2 * changed + 0.1 * (1.0 - changed)
+    assert step.surface().points[:, 2] == pytest.approx(expected, abs=1e-3)
+    assert sidewall.Recipe(tmp_path / "changed" / "recipe.toml")["step[0].rate"] == 0.1
+    # Every time step and the end have their rows, and what was changed goes on from its checkpoint.
+    rows = (tmp_path / "changed" / "timeline.csv").read_text().splitlines()[1:]
+    assert [float(row.split(",")[2]) for row in rows] == pytest.approx(times, rel=1e-8)
+
+
+def test_a_changed_recipe_traces_with_it_and_resumes(tmp_path):
+    def run(folder, leave=None, **options):
+        simulation = sidewall.Simulation(TRENCH, tmp_path / folder, **options)
+        with simulation:
+            for count, step in enumerate(simulation):
+                if count == 1:
+                    simulation.recipe["step[0].sticking"] = 0.9
+                    simulation.recipe["flux.rays"] = 30000
+                if count == leave:
+                    return simulation.recipe
+        return simulation.recipe
+
+    run("whole")
+    changed = run("parts", leave=2)
+    list(sidewall.Simulation(changed, tmp_path / "parts", resume=True))
+    for name in ("timeline.csv", "surface_0001.vtp", "recipe.toml"):
+        assert (tmp_path / "whole" / name).read_bytes() == (tmp_path / "parts" / name).read_bytes(), name
+    list(sidewall.Simulation(TRENCH, tmp_path / "plain"))
+    assert (tmp_path / "plain" / "surface_0001.vtp").read_bytes() != (tmp_path / "whole" / "surface_0001.vtp").read_bytes()
+
+
+def test_a_changed_recipe_does_not_reuse_the_fluxes_of_the_one_before(tmp_path):
+    recipe = sidewall.Recipe(TRENCH)
+    recipe["flux.reuse"] = 0.5  # kept for many time steps
+    traced = []
+    for step in (simulation := sidewall.Simulation(recipe, tmp_path / "out")):
+        traced.append(step.dt)
+        if len(traced) == 2:
+            simulation.recipe["step[0].sticking"] = 0.9
+    rows = (tmp_path / "out" / "timeline.csv").read_text().splitlines()
+    segments = rows[0].split(",").index("segments")
+    counts = [float(row.split(",")[segments]) for row in rows[1:-1]]  # nothing is traced at the end
+    assert len(counts) > 2 and counts[0] > 0 and counts[1] > 0  # the changed time step traced anew
+
+
+def test_setting_a_value_in_every_time_step_ends_as_the_run_does(tmp_path):
+    simulation = sidewall.Simulation(PLANE, tmp_path / "out")
+    for step in simulation:
+        simulation.recipe["step[0].rate"] = 0.2 if step.time < 0.5 else 0.1
+    assert simulation.summary is not None
+
+
+def test_what_cannot_change_is_refused_and_the_run_goes_on(tmp_path):
+    simulation = sidewall.Simulation(TRENCH, tmp_path / "out")
+    simulation.recipe["step[0].sticking"] = 0.4  # before anything has begun
+    next(simulation)
+    next(simulation)
+    for key, value, word in [
+        ("domain.grid_spacing", 0.0625, "domain.grid_spacing"),
+        ("layer[0].depth", 0.5, "layer"),
+        ("step[0].duration", 1e-6, "are done"),
+        ("step[0].deposit", "Si3N4", "deposit"),
+        ("output.every", 0.05, "output.every"),
+    ]:
+        kept = copy.copy(simulation.recipe)
+        simulation.recipe[key] = value
+        with pytest.raises(sidewall.RecipeError, match=f"cannot change while the run goes on: .*{word}"):
+            next(simulation)
+        simulation.recipe = kept
+    with pytest.raises(sidewall.RecipeError, match="must be in"):
+        simulation.recipe["step[0].sticking"] = 1.4
+    last = list(simulation)[-1]
+    assert last.dt == 0
+    simulation.recipe["step[0].duration"] = 0.4
+    with pytest.raises(sidewall.RecipeError, match="has ended: a longer recipe"):
+        next(simulation)
 
 
 def test_two_simulations_do_not_disturb_each_other():

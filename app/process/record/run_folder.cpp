@@ -53,6 +53,13 @@ std::string profile_name(const std::string& number, std::size_t plane) {
                       : fmt::format("profile_{}_{}.csv", number, plane);
 }
 
+// Counts the last step's end row among the timeline's rows: another row follows, so no longer recipe takes it
+// back.
+void count_end_row(RunState& state) {
+    if (!state.end_row.empty()) ++state.rows;
+    state.end_row.clear();
+}
+
 std::string with_measures(std::string row, const std::vector<Measure>& measures) {
     for (const Measure& m : measures)  // none of something that is not there
         row += std::isfinite(m.value) ? fmt::format(",{:.9g}", m.value) : ",";
@@ -143,7 +150,10 @@ void RunFolder::refuse_other_runs() const {
     const Held held = holds();
     if (held == Held::nothing || held == Held::result) return;
     std::string ways = "choose another folder with -o, or replace it with --overwrite";
-    if (held == Held::run && !options_.resume_command.empty()) ways = "go on with --resume, " + ways;
+    if (!options_.resume_command.empty())
+        ways = (held == Held::run ? "go on with --resume, "
+                                  : "go on from it with --resume, where the recipes agree, ") +
+               ways;
     throw RecipeError("{}: holds {} of {} recipe: {}", options_.output.string(),
                       held == Held::other_result ? "the result" : "an unfinished run",
                       held == Held::run ? "this" : "another", ways);
@@ -219,12 +229,14 @@ void RunFolder::require_unchanged(const RunState& state) const {
         refuse_changed("timeline.csv");
 }
 
-// Cuts the timeline to its header and the rows before the checkpoint.
+// Cuts the timeline to its header and the rows before the checkpoint, and gives the step that ended there its
+// row.
 void RunFolder::cut_timeline(RunState& state) const {
     const std::size_t rows = state.rows;
-    if (rows == 0) return remove_file(timeline());
+    if (rows == 0 && state.end_row.empty()) return remove_file(timeline());
     const std::string text = is_there(timeline()) ? surface::read_whole_file(timeline()) : "";
     const std::vector<std::size_t> ends = row_ends(text, rows + 1);
+    std::string kept = text.substr(0, ends.back());
     const std::size_t lines = ends.size() - 1;
     if (lines <= rows) {
         state.rows = lines == 0 ? 0 : lines - 1;
@@ -232,7 +244,17 @@ void RunFolder::cut_timeline(RunState& state) const {
             options_.warn(fmt::format("{}: lacks {} of the {} rows before the checkpoint",
                                       timeline().string(), rows - state.rows, rows));
     }
-    if (ends.back() != text.size()) write_file(timeline(), text.substr(0, ends.back()));
+    if (lines == 0)
+        state.end_row.clear();  // its columns have no names
+    else if (!state.end_row.empty())
+        kept += state.end_row + "\n";
+    if (kept != text) write_file(timeline(), kept);
+}
+
+void RunFolder::revise(RunState& state) {
+    effective_ = effective_recipe(recipe_);
+    if (writes_) write_file(options_.output / "recipe.toml", effective_);
+    checkpoint(state);
 }
 
 // Files that are removed while the run goes on are no result: `rm -r` leaves a folder that gets new ones.
@@ -313,6 +335,7 @@ void RunFolder::write_pvd(const RunState& state) const {
 void RunFolder::record(RunState& state, const Step& step, const TracedSurface& surface,
                        const TimeStep& next) {
     const PhaseClock clock(state.timing.output);
+    count_end_row(state);
     if (surface.arriving && surface.arriving->trace)
         add_noise(*surface.arriving->trace, next.dt, state.noise);
     if (writes_) {
@@ -324,8 +347,10 @@ void RunFolder::record(RunState& state, const Step& step, const TracedSurface& s
 
 void RunFolder::record_end(RunState& state, const Step& step, const TriangleMesh& surface,
                            const std::vector<Measure>& measures) {
-    if (writes_) append_row(state, with_measures(timeline_end_row(state, step, surface), measures), measures);
-    ++state.rows;
+    count_end_row(state);
+    const std::string row = with_measures(timeline_end_row(state, step, surface), measures);
+    if (writes_) append_row(state, row, measures);
+    state.end_row = row;
 }
 
 void RunFolder::append_row(const RunState& state, const std::string& row,

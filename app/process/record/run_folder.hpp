@@ -34,6 +34,9 @@ class RunFolder {
     /// \throws FileError as require_unchanged(), of a run that goes on.
     void begin(RunState& state);
 
+    /// The recipe has changed: it and a checkpoint of it are written.
+    void revise(RunState& state);
+
     /// Whether a surface is to be saved at this time.
     bool due(const RunState& state) const;
     /// Writes surface, traced mesh, material interfaces and profiles, and lists them in surface.pvd.

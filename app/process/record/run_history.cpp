@@ -71,6 +71,12 @@ void note_layers(const levelset::MaterialStack& stack, History& history) {
     history.layer_volumes = layer_volumes(stack);
 }
 
+void fit(History& history, std::size_t materials) {
+    for (auto* volumes : {&history.initial, &history.most, &history.added, &history.removed})
+        volumes->resize(materials, 0.0);
+    history.present.resize(materials, 0);
+}
+
 void require_whole(const History& history, std::size_t materials, std::size_t step) {
     bool good = history.present.size() == materials && history.ends.size() >= step &&
                 history.layer_materials.size() == history.layer_volumes.size() &&

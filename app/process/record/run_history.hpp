@@ -88,6 +88,9 @@ void end_step(const levelset::MaterialStack& stack, std::size_t step, StepEnd en
 /// Notes the layers that the next step begins with; end_step has done so unless they have changed since.
 void note_layers(const levelset::MaterialStack& stack, History& history);
 
+/// Makes room for the materials of a recipe that goes on from another one.
+void fit(History& history, std::size_t materials);
+
 /// \throws FileError if it is not the history of a run with so many materials that has come to step number \p step.
 void require_whole(const History& history, std::size_t materials, std::size_t step);
 

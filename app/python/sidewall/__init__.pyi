@@ -114,6 +114,7 @@ class TimeStep:
     def profile(self, plane: str = "y=0") -> List[Floats]: ...
 
 class Simulation:
+    recipe: Recipe
     output: Path
     summary: Optional[Dict[str, Any]]
     def __init__(

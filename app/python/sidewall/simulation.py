@@ -1,5 +1,6 @@
 """Runs that a script follows time step by time step."""
 
+import copy
 import json
 import tempfile
 from pathlib import Path
@@ -17,20 +18,28 @@ class Simulation:
     it is given all points at once (see Points in the stubs) and returns an array of their speeds in the recipe's length
     per time, positive grows, negative etches. What is traced and what grows stays the recipe's matter.
 
+    simulation.recipe is a copy of the recipe. Changed between two time steps, it holds from the current time step on:
+    simulation.recipe["step[0].rate"] = 2 in the loop's body changes the time step at hand. What may change: [flux] but its
+    method, [simplify], [advection], values of the step at hand, and all of later steps; else RecipeError.
+
     Ctrl-C stops it with a checkpoint, as does leaving a `with` block or close(). summary is what summary.json holds,
     None before the end. Simulations do not share anything but the processor.
     """
 
     def __init__(self, recipe, output=None, *, resume=False, overwrite=False, law=None):
         folder = tempfile.TemporaryDirectory(prefix="sidewall_") if output is None else None
-        recipe = recipe if isinstance(recipe, Recipe) else Recipe(recipe)
+        self.recipe = copy.copy(recipe) if isinstance(recipe, Recipe) else Recipe(recipe)
+        self._given = self.recipe._read
         self.output = Path(folder.name if folder else output)
-        self._run = Run(recipe._read, self.output, resume, overwrite, law, folder)
+        self._run = Run(self.recipe._read, self.output, resume, overwrite, law, folder)
 
     def __iter__(self):
         return self
 
     def __next__(self):
+        if self.recipe._read is not self._given:
+            self._run.revise(self.recipe._read)
+            self._given = self.recipe._read
         return self._run.next()
 
     def __enter__(self):
