@@ -134,6 +134,23 @@ Curvature mesh_curvature(const TriangleMesh& mesh) {
     return result;
 }
 
+double auto_feature_parameter(std::span<const double> mean, std::span<const double> gaussian,
+                              double spacing) {
+    constexpr double kMost = 0.5, kLeast = 0.02, kMedians = 3.0, kShare = 0.05;
+    std::vector<double> size(mean.size());
+    for (std::size_t i = 0; i < size.size(); ++i)
+        size[i] = spacing * std::max(std::abs(mean[i]), std::sqrt(std::abs(gaussian[i])));
+    if (size.empty()) return kMost;
+    const auto quantile = [&](double share) {
+        const auto at =
+            size.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(size.size() - 1));
+        std::nth_element(size.begin(), at, size.end());
+        return *at;
+    };
+    const double floor = std::max(kLeast, kMedians * quantile(0.5));
+    return std::min(kMost, std::max(floor, quantile(1.0 - kShare)));
+}
+
 std::vector<std::uint8_t> feature_flags(const Curvature& curvature, double spacing,
                                         double feature_parameter) {
     if (!(spacing > 0.0) || !std::isfinite(spacing))

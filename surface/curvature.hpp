@@ -27,6 +27,13 @@ struct Curvature {
 ///       average, not pointwise.
 Curvature mesh_curvature(const TriangleMesh& mesh);
 
+/// A feature parameter C from the distribution of curvature, in place of the fixed 0.5, which flags next to
+/// nothing where corners are rounded over several cells: the one that flags the 5 % most curved vertices, but
+/// no less than three times the median curvature (roughness, or walls that are curved all over, are no
+/// features), no less than 0.02 and no more than 0.5. Curvature stands for the greater of |mean| and
+/// sqrt(|gaussian|), times the spacing. 0.5 for no vertices.
+double auto_feature_parameter(std::span<const double> mean, std::span<const double> gaussian, double spacing);
+
 /// One flag a vertex: |mean| > feature_parameter / spacing or |gaussian| > (feature_parameter / spacing)^2
 /// (Lenz 2023, section 8.2.1).
 ///

@@ -25,6 +25,7 @@ std::array<double, 2> parse_pair(const std::string& option, const std::string& t
 struct RenderArguments {
     std::string input, output, view, cut, size, range;
     WaferChoice choice;
+    std::optional<long long> frame;
     bool all = false;
     RenderOptions options;
 };
@@ -61,12 +62,13 @@ RenderOptions parse(const RenderArguments& arguments) {
     return options;
 }
 
-/// Reads a mesh, or a folder's last wafer or that of a choice.
+/// Reads a mesh, or a folder's last wafer or that of a choice or number.
 Result read_input(const RenderArguments& arguments) {
     const fs::path input = arguments.input;
-    Result result = read_choice(input, arguments.choice);
+    Result result = arguments.frame ? read_saved(input, saved_number(saved_surfaces(input), *arguments.frame))
+                                    : read_choice(input, arguments.choice);
     if (!result.folder) result.interfaces = interfaces_beside(input);
-    if (arguments.choice.named()) print_plain("{}\n", name_and_time(result));
+    if (arguments.choice.named() || arguments.frame) print_plain("{}\n", name_and_time(result));
     if (const std::string note = unfinished_note(input); !note.empty()) print_plain("{}\n", note);
     return result;
 }
@@ -85,9 +87,9 @@ void draw_one(const RenderArguments& arguments, RenderOptions options) {
 void run(const RenderArguments& arguments) {
     RenderOptions options = parse(arguments);
     const bool folder = fs::is_directory(arguments.input);
-    if (fs::exists(arguments.input) && !folder && arguments.all)
-        throw RecipeError("{}: --all draws the surfaces of a run: name the folder that `run` wrote",
-                          arguments.input);
+    if (fs::exists(arguments.input) && !folder && (arguments.all || arguments.frame))
+        throw RecipeError("{}: {} chooses among the surfaces of a run: name the folder that `run` wrote",
+                          arguments.input, arguments.all ? "--all" : "--frame");
     if (arguments.all && arguments.view.empty()) show_section(read_input(arguments), options);
     if (arguments.all)
         render_all(arguments.input, options, arguments.output, [](const std::string& line) {
@@ -111,11 +113,14 @@ void add_render_command(CLI::App& program) {
     add_option(command, "-o,--output", arguments->output, "FILE.png|DIR",
                "Picture to write; with --all the folder for them", {.required = true});
     const auto [step, time] = add_choice_options(command, arguments->choice);
+    CLI::Option& frame = add_option(command, "--frame", arguments->frame, "N",
+                                    "Of a folder: surface_NNNN of this number, from 0");
     CLI::Option& all =
         *command.add_flag("--all", arguments->all,
                           "Of a folder: every saved surface as surface_NNNN.png, all in one view and one "
                           "range of colours");
-    for (CLI::Option* other : {step, time}) other->excludes(&all);
+    for (CLI::Option* other : {step, time}) other->excludes(&frame)->excludes(&all);
+    frame.excludes(&all);
     add_option(command, "--color", arguments->options.color, "NAME",
                "material, flux, rate, distance, height or any attribute (default: material if there)");
     add_option(

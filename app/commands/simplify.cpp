@@ -19,8 +19,7 @@ namespace sidewall::app {
 namespace {
 
 struct SimplifyArguments {
-    std::string input, output, method = "region-bounded", json, weights;
-    double feature_parameter = 0.5;
+    std::string input, output, method = "region-bounded", json, feature_parameter = "0.5", weights;
     simplify::Options options;
 };
 
@@ -39,6 +38,17 @@ simplify::Options resolve(const SimplifyArguments& arguments) {
     options.method = simplify::method_from_string(arguments.method);
     if (!arguments.weights.empty()) options.weights = parse_weights(arguments.weights);
     return options;
+}
+
+/// The number of --feature-parameter, or what `auto` finds for the mesh.
+double feature_parameter(const SimplifyArguments& arguments, const surface::Curvature& curvature,
+                         double spacing) {
+    const std::string& text = arguments.feature_parameter;
+    if (text == "auto") return surface::auto_feature_parameter(curvature.mean, curvature.gaussian, spacing);
+    const std::optional<double> value = finite_number(text);
+    if (!value || !(*value > 0.0))
+        throw RecipeError("--feature-parameter {}: must be a positive number or auto", text);
+    return *value;
 }
 
 Json one_way(const surface::Distance& distance) {
@@ -102,8 +112,12 @@ void run(const SimplifyArguments& arguments) {
     const double start = now();
     const double spacing = simplify::base_length(mesh, {}, options.grid_spacing);
     std::vector<std::uint8_t> features;
-    if (simplify::reads_features(options.method))
-        features = surface::feature_flags(mesh, spacing, arguments.feature_parameter);
+    double parameter = 0.0;
+    if (simplify::reads_features(options.method)) {
+        const surface::Curvature curvature = surface::mesh_curvature(mesh);
+        parameter = feature_parameter(arguments, curvature, spacing);
+        features = surface::feature_flags(curvature, spacing, parameter);
+    }
     const double features_found = now();
     const std::size_t target = std::min(options.target_vertices.value_or(0), mesh.vertices.size());
     ProgressBar progress("simplify", static_cast<double>(mesh.vertices.size() - target), "vertices",
@@ -119,9 +133,7 @@ void run(const SimplifyArguments& arguments) {
     for (const std::string& name : surface::unwritable(arguments.output, result.mesh))
         result.dropped_attributes.push_back(name);
     Json json = report(arguments, mesh, result, spacing);
-    json["features"] = {
-        {"count", std::count(features.begin(), features.end(), 1)},
-        {"parameter", simplify::reads_features(options.method) ? arguments.feature_parameter : 0.0}};
+    json["features"] = {{"count", std::count(features.begin(), features.end(), 1)}, {"parameter", parameter}};
     json["dropped_on_reading"] = metadata.dropped;
     surface::write_mesh(arguments.output, result.mesh, metadata);
     if (!arguments.json.empty()) write_json(arguments.json, json);
@@ -159,9 +171,10 @@ void add_simplify_command(CLI::App& program) {
     add_option(command, "--target-vertices", a->options.target_vertices, "N",
                "Stop at this many vertices; a region schedule then goes on beyond --l-max (default: none)",
                {.range = {{1, 1e15}}});
-    add_option(command, "--feature-parameter", a->feature_parameter, "C",
-               "C: a vertex is a feature if |H| > C/dx or |K| > (C/dx)^2, dx the grid spacing (default: 0.5)",
-               {.range = {{1e-9, 1e9}}});
+    add_option(
+        command, "--feature-parameter", a->feature_parameter, "C|auto",
+        "C: a vertex is a feature if |H| > C/dx or |K| > (C/dx)^2, dx the grid spacing; auto: from the "
+        "distribution of curvature (default: 0.5)");
     add_option(command, "--grid-spacing", a->options.grid_spacing, "LENGTH",
                "dx of the level set the mesh was extracted from (length; default: mean edge length)");
     add_option(command, "--json", a->json, "FILE", "Report as JSON to a file, or - for standard output");

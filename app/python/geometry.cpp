@@ -16,12 +16,25 @@
 namespace sidewall::python {
 namespace {
 
+using FeatureParameter = std::variant<double, std::string>;
+
+double value_of(const FeatureParameter& parameter, const surface::Curvature& curvature, double spacing) {
+    if (const double* value = std::get_if<double>(&parameter)) {
+        if (*value > 0.0 && std::isfinite(*value)) return *value;
+        throw RecipeError("feature_parameter = {}: must be a positive number or \"auto\"", *value);
+    }
+    if (const auto& word = std::get<std::string>(parameter); word != "auto")
+        throw RecipeError("feature_parameter = \"{}\": must be a positive number or \"auto\"", word);
+    return surface::auto_feature_parameter(curvature.mean, curvature.gaussian, spacing);
+}
+
 std::shared_ptr<TriangleMesh> simplified(const py::object& points, const py::object& triangles,
                                          const std::string& method, std::optional<double> l0,
                                          std::optional<double> step, std::optional<double> l_max,
                                          std::optional<std::size_t> target_vertices,
                                          std::optional<std::array<double, 3>> weights,
-                                         std::optional<double> max_error, double feature_parameter,
+                                         std::optional<double> max_error,
+                                         const FeatureParameter& feature_parameter,
                                          std::optional<double> grid_spacing, const py::object& material) {
     const auto mesh = mesh_of(points, triangles);
     if (const auto ids = material_ids(material, *mesh); !material.is_none())
@@ -41,7 +54,9 @@ std::shared_ptr<TriangleMesh> simplified(const py::object& points, const py::obj
         std::vector<std::uint8_t> features;
         if (simplify::reads_features(options.method)) {
             const double spacing = simplify::base_length(*mesh, {}, options.grid_spacing);
-            features = surface::feature_flags(*mesh, spacing, feature_parameter);
+            const surface::Curvature curvature = surface::mesh_curvature(*mesh);
+            features =
+                surface::feature_flags(curvature, spacing, value_of(feature_parameter, curvature, spacing));
         }
         return std::make_shared<TriangleMesh>(std::move(simplify::simplify(*mesh, features, options).mesh));
     });
@@ -148,7 +163,7 @@ method: none, lindstrom-turk, region, region-bounded or cgal-lindstrom-turk.
 l0: edges shorter than this collapse everywhere, features included (default: grid_spacing, else the mean edge).
 step: growth of that length per ring away from features. l_max: no longer edge collapses.
 target_vertices: stop there. weights: of volume, boundary and shape. max_error: hard bound on the distance, both ways.
-feature_parameter: C, a vertex is a feature if |H| > C/dx or |K| > (C/dx)^2.
+feature_parameter: C, a vertex is a feature if |H| > C/dx or |K| > (C/dx)^2, or "auto".
 material: whole numbers, one a triangle; borders between them are kept.
 
 Returns a Mesh; triangle_data["material"] comes along.

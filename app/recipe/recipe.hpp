@@ -135,7 +135,7 @@ struct FluxSection {
 struct SimplifySection {
     std::string method = "auto";  ///< region-bounded where it pays (process/arriving/traced_mesh.hpp)
     std::optional<double> l0, step, l_max;
-    double feature_parameter = 0.5;
+    std::optional<double> feature_parameter = 0.5;  ///< absent: from the curvature's distribution
     std::vector<double> weights;                    ///< volume, boundary, shape; empty: the method's own
     std::int64_t target_vertices = 0;               ///< 0: none
     std::optional<double> max_error;                ///< hard bound; not for CGAL's method

@@ -176,6 +176,17 @@ const SavedSurface& saved_after(const std::vector<SavedSurface>& saved, const st
         step, steps.empty() ? "is none" : fmt::format("are {}", fmt::join(steps, ", ")));
 }
 
+const SavedSurface& saved_number(const std::vector<SavedSurface>& saved, long long number) {
+    std::size_t least = saved.front().number, most = least;
+    for (const SavedSurface& surface : saved) {
+        if (number >= 0 && surface.number == static_cast<std::size_t>(number)) return surface;
+        least = std::min(least, surface.number);
+        most = std::max(most, surface.number);
+    }
+    throw RecipeError("--frame {}: the run saved the surfaces {} to {}: choose one of these", number, least,
+                      most);
+}
+
 Result read_saved(const fs::path& folder, const SavedSurface& saved) {
     Result result;
     result.folder = folder;

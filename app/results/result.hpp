@@ -32,6 +32,10 @@ const SavedSurface& saved_at(const std::vector<SavedSurface>& saved, double time
 /// \throws RecipeError, naming --step and the steps whose end was saved.
 const SavedSurface& saved_after(const std::vector<SavedSurface>& saved, const std::string& step);
 
+/// The surface of that number.
+/// \throws RecipeError, naming --frame and the numbers there are.
+const SavedSurface& saved_number(const std::vector<SavedSurface>& saved, long long number);
+
 /// The input of `inspect` and `render`: a mesh file, or one state in a folder that `run` wrote.
 struct Result {
     std::filesystem::path source;  ///< the mesh file the surface came from

@@ -189,3 +189,17 @@ TEST_CASE("degenerate and repeated triangles give no NaN") {
         REQUIRE(std::isfinite(curvature.gaussian[i]));
     }
 }
+
+TEST_CASE("the automatic feature parameter finds rounded corners, but neither roughness nor curved walls") {
+    // Shares of a surface: flat with roughness, and corners of radius 4 and 12 spacings.
+    const auto parameter = [](double wall, double corner, std::size_t corners) {
+        std::vector<double> mean(1000, wall), gaussian(1000, 0.0);
+        for (std::size_t i = 0; i < corners; ++i) mean[i] = corner;
+        return surface::auto_feature_parameter(mean, gaussian, 1.0);
+    };
+    CHECK(parameter(0.001, 0.125, 100) == Approx(0.125));
+    CHECK(parameter(0.001, 0.9, 100) == 0.5);
+    CHECK(parameter(0.0, 0.0, 0) == 0.02);
+    CHECK(parameter(0.0625, 0.0625, 0) == Approx(3 * 0.0625));
+    CHECK(surface::auto_feature_parameter({}, {}, 1.0) == 0.5);
+}

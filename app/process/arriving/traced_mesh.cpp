@@ -106,8 +106,9 @@ std::vector<std::uint8_t> features_of(const Recipe& recipe, const levelset::Mate
     // Vertices where grid levels meet lie on no edge of a grid.
     const surface::Curvature curvature =
         stack.coarser ? surface::mesh_curvature(raw) : levelset::curvature(stack.top(), stack.domain, raw);
-    std::vector<std::uint8_t> flags =
-        surface::feature_flags(curvature, spacing, recipe.simplify.feature_parameter);
+    const double parameter = recipe.simplify.feature_parameter.value_or(
+        surface::auto_feature_parameter(curvature.mean, curvature.gaussian, spacing));
+    std::vector<std::uint8_t> flags = surface::feature_flags(curvature, spacing, parameter);
     mark_sharp_edges(raw, flags);
     return flags;
 }

@@ -56,7 +56,7 @@ def simplify(
     target_vertices: Optional[int] = None,
     weights: Optional[Tuple[float, float, float]] = None,
     max_error: Optional[float] = None,
-    feature_parameter: float = 0.5,
+    feature_parameter: Union[float, str] = 0.5,
     grid_spacing: Optional[float] = None,
     material: Optional[ArrayLike] = None,
 ) -> Mesh: ...

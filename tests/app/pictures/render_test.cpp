@@ -329,16 +329,21 @@ TEST_CASE("render draws the saved surface of a time or a number, with its own in
     CHECK(saved_at(saved, 2.4).number == 0);
     CHECK(saved_at(saved, 2.6).number == 1);
     CHECK(saved_at(saved, 5.0).number == 1);
+    CHECK(saved_number(saved, 0).file.filename() == "surface_0000.vtp");
     for (const double bad : {-1.0, 5.1, 1e300, std::nan(""), 1.0 / 0.0})
         CHECK_THROWS_WITH(saved_at(saved, bad), Contains("--time") && Contains("from time 0 to 5"));
+    for (const long long bad : {-1LL, 2LL, 1LL << 40})
+        CHECK_THROWS_WITH(saved_number(saved, bad), Contains("--frame") && Contains("0 to 1"));
 
     const std::string options = " --size 96x72 --cut y=0 -o " + in;
     const auto bytes = [&](const char* name) { return surface::read_whole_file(in + "/" + name); };
     command(in + options + "/last.png");
     command(in + options + "/time.png --time 4.9");
+    command(in + options + "/frame.png --frame 1");
     // The file alone finds the interface beside it.
     command(in + "/surface_0001.vtp" + options + "/file.png");
     CHECK(bytes("time.png") == bytes("last.png"));
+    CHECK(bytes("frame.png") == bytes("last.png"));
     CHECK(bytes("file.png") == bytes("last.png"));
     command(in + options + "/first.png --time 0");
     CHECK(bytes("first.png") != bytes("last.png"));
@@ -389,12 +394,14 @@ TEST_CASE("bad arguments of the render command are usage errors that leave no pi
     for (const std::string bad :
          {" --size 96", " --size 96x0", " --size 1e9x1e9", " --size 96.5x72", " --view 30", " --view 30,99",
           " --view a,b", " --cut w=1", " --cut y=9", " --color nothing", " --range 1,1", " --range 2,1",
-          " --range 0,nan", " --time 9", " --time nan", " --all"}) {
+          " --range 0,nan", " --time 9", " --time nan", " --frame -1", " --frame 2", " --all"}) {
         CAPTURE(bad);
         CHECK_THROWS_AS(command(in + out + bad), RecipeError);
     }
     CHECK_THROWS_AS(command(in + " -o " + in + "/a.jpg"), RecipeError);
-    CHECK_THROWS_WITH(command(in + "/surface_0001.vtp" + out + " --time 0"), Contains("name the folder"));
+    CHECK_THROWS_AS(command(in + out + " --time 0 --frame 0"), CLI::ParseError);
+    for (const std::string of_a_folder : {" --time 0", " --frame 0"})
+        CHECK_THROWS_WITH(command(in + "/surface_0001.vtp" + out + of_a_folder), Contains("name the folder"));
     CHECK_THROWS_AS(command(in + "/none.vtp" + out), FileError);
     CHECK_FALSE(std::filesystem::exists(in + "/a.png"));
     CHECK_THROWS_AS(command(in + " --size 64x64 -o " + in + "/summary.json/a.png"), IoError);
