@@ -7,7 +7,7 @@
 #include "app/common/console.hpp"
 #include "app/common/files.hpp"
 #include "app/common/text.hpp"
-#include "app/pictures/render_all.hpp"
+#include "app/pictures/film_strip.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -118,7 +118,7 @@ void add_render_command(CLI::App& program) {
     CLI::Option& all =
         *command.add_flag("--all", arguments->all,
                           "Of a folder: every saved surface as surface_NNNN.png, all in one view and one "
-                          "range of colours");
+                          "range of colours, and strip.png with all of them");
     for (CLI::Option* other : {step, time}) other->excludes(&frame)->excludes(&all);
     frame.excludes(&all);
     add_option(command, "--color", arguments->options.color, "NAME",

@@ -8,7 +8,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "app/pictures/render_all.hpp"
+#include "app/pictures/film_strip.hpp"
 #include "app/pictures/render_scene.hpp"
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"
@@ -352,7 +352,7 @@ TEST_CASE("render draws the saved surface of a time or a number, with its own in
     CHECK(bytes("alone.png") != bytes("last.png"));
 }
 
-TEST_CASE("render --all draws every saved surface in one view and one range") {
+TEST_CASE("render --all draws every saved surface in one view and one range, and a strip of them") {
     const test::Folder folder;
     test::write_result_folder(folder.path);
     const std::string in = folder.path.string();
@@ -360,7 +360,18 @@ TEST_CASE("render --all draws every saved surface in one view and one range") {
     std::set<std::string> names;
     for (const auto& entry : std::filesystem::directory_iterator(in + "/film"))
         names.insert(entry.path().filename().string());
-    CHECK(names == std::set<std::string>{"surface_0000.png", "surface_0001.png"});
+    CHECK(names ==
+          std::set<std::string>{"pictures.txt", "strip.png", "surface_0000.png", "surface_0001.png"});
+    // Pictures of a longer run go; what no list names stays.
+    const auto write = [&](const std::string& name, const std::string& text) {
+        std::ofstream(in + "/film/" + name) << text;
+    };
+    write("pictures.txt", "strip.png\nsurface_0001.png\nsurface_0002.png\n../recipe.toml\n../away.png\n");
+    for (const std::string name : {"surface_0002.png", "surface_0003.png", "../away.png"}) write(name, "old");
+    command(in + " --all -o " + in + "/film --size 96x72 --cut y=0 --color flux");
+    CHECK_FALSE(std::filesystem::exists(in + "/film/surface_0002.png"));
+    CHECK(std::filesystem::exists(in + "/film/surface_0003.png"));
+    CHECK(std::filesystem::exists(in + "/away.png"));
 
     RenderOptions options;
     options.width = options.height = 64;
@@ -368,7 +379,7 @@ TEST_CASE("render --all draws every saved surface in one view and one range") {
     std::vector<std::string> lines;
     render_all(folder.path, options, folder.path / "again",
                [&](const std::string& line) { lines.push_back(line); });
-    REQUIRE(lines.size() == 2);
+    REQUIRE(lines.size() == 3);
     // The first surface was saved before there were fluxes.
     CHECK_THAT(lines[0], Contains("surface_0000.vtp, time 5 s, without flux_neutral"));
     CHECK_THAT(lines[1], Contains("surface_0001.vtp, time 5 s") && !Contains("without"));

@@ -10,7 +10,9 @@ namespace sidewall::app {
 /// Name of a surface with its time: "surface_0003.vtp, time 48 s".
 std::string name_and_time(const Result& result);
 
-/// Draws every surface that a run saved, all on one scale: FOLDER/surface_NNNN.png for surface_NNNN.vtp.
+/// Draws every surface that a run saved, all on one scale: FOLDER/surface_NNNN.png for surface_NNNN.vtp, and
+/// FOLDER/strip.png with all of them, shrunk, row by row with their times. FOLDER/pictures.txt lists them; others of
+/// an earlier list are removed.
 ///
 /// \param done  receives a line for every picture once it is written.
 /// \throws FileError if \p run is no run's folder, RecipeError as render(), if no surface has the attribute,
