@@ -1,5 +1,6 @@
 #include "surface/tetrahedra/tet_volume.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -37,39 +38,6 @@ std::vector<Facet> facets_of(const TetComplex& mesh, const std::vector<int>& mat
         facets.push_back({faces[i].corners, faces[i].region, shared ? faces[i + 1].region : unmeshed});
     }
     return facets;
-}
-
-/// Gaussian elimination by the largest pivot on the diagonal; unknowns without a pivot are 0. Plain sums have the same
-/// bits in every program.
-std::vector<double> solve_symmetric(std::vector<std::vector<double>> a, std::vector<double> b) {
-    constexpr double kNoPivot = 1e-12;  // of the largest
-    const std::size_t n = b.size();
-    std::vector<std::size_t> order;
-    std::vector<std::uint8_t> used(n, 0);
-    for (double least = 0.0; order.size() < n;) {
-        std::size_t p = n;
-        for (std::size_t i = 0; i < n; ++i)
-            if (!used[i] && (p == n || a[i][i] > a[p][p])) p = i;
-        if (!(a[p][p] > least)) break;
-        if (order.empty()) least = kNoPivot * a[p][p];
-        used[p] = 1;
-        order.push_back(p);
-        for (std::size_t i = 0; i < n; ++i) {
-            if (used[i]) continue;
-            const double factor = a[i][p] / a[p][p];
-            for (std::size_t j = 0; j < n; ++j)
-                if (!used[j]) a[i][j] -= factor * a[p][j];
-            b[i] -= factor * b[p];
-        }
-    }
-    std::vector<double> x(n, 0.0);
-    for (std::size_t k = order.size(); k-- > 0;) {
-        const std::size_t p = order[k];
-        double sum = b[p];
-        for (std::size_t l = k + 1; l < order.size(); ++l) sum -= a[p][order[l]] * x[order[l]];
-        x[p] = sum / a[p][p];
-    }
-    return x;
 }
 
 class VolumeMatcher {
@@ -175,19 +143,21 @@ std::vector<Vec3> VolumeMatcher::pushes() const {
 // By material, from whose differences the interfaces' offsets follow: of all that give the volumes, those
 // with the least sum of area times offset squared. Lagrange multipliers of the volumes are such potentials.
 std::vector<double> VolumeMatcher::offsets(const std::vector<Vec3>& push) const {
-    const std::size_t n = lacking_.size();
-    std::vector<std::vector<double>> system(n, std::vector<double>(n, 0.0));
+    const auto n = std::ssize(lacking_), fixed = static_cast<std::ptrdiff_t>(fixed_);
+    Eigen::MatrixXd system = Eigen::MatrixXd::Zero(n, n);
     for (const std::uint32_t v : moving_) {
-        const auto low = static_cast<std::size_t>(between_[v][0]),
-                   high = static_cast<std::size_t>(between_[v][1]);
+        const auto [low, high] = between_[v];
         const double area = push[v].norm();
-        if (low != fixed_) system[low][low] += area;
-        if (high < n && high != fixed_) system[high][high] += area;
-        if (high >= n || low == fixed_ || high == fixed_) continue;
-        system[low][high] -= area;
-        system[high][low] -= area;
+        if (low != fixed) system(low, low) += area;
+        if (high < n && high != fixed) system(high, high) += area;
+        if (high >= n || low == fixed || high == fixed) continue;
+        system(low, high) -= area;
+        system(high, low) -= area;
     }
-    std::vector<double> result = solve_symmetric(std::move(system), lacking_);
+    // A material without vertices that may move has no row: its potential is 0.
+    const Eigen::VectorXd potential =
+        system.completeOrthogonalDecomposition().solve(Eigen::VectorXd::Map(lacking_.data(), n));
+    std::vector<double> result(potential.begin(), potential.end());
     result.push_back(0.0);
     return result;
 }
