@@ -3,6 +3,7 @@
 //     emit        a point of the source plane, or of a surface that desorbs,          source.cpp,
 //     sampling.hpp
 //                 a direction, an energy
+//                 or, by adjoint sampling, first arrivals drawn on the surface        adjoint.cpp
 //     fly         to the next hit, eight particles at a time                          packets.cpp
 //                 one by one where rounding matters                                   flight.cpp
 //                 with collisions on the way, if the species has a mean free path     gas_collisions.cpp
@@ -29,6 +30,7 @@
 #include <cmath>
 #include <vector>
 
+#include "flux/tracer/adjoint.hpp"
 #include "flux/tracer/gas_collisions.hpp"
 #include "flux/tracer/hits.hpp"
 #include "flux/tracer/ion_hits.hpp"
@@ -46,9 +48,9 @@ void terminate_as_leaked(Rays& r, std::span<Bundle> bundles) {
     r.count = 0;
 }
 
-// Flies \p rays on to where they hit or leave, as the event's next bounce.
-// \returns false if the block is done: no ray is left, the caller of the trace asked to stop, or the rays
-// have
+// Flies \p rays on to where they hit or leave, as the event's next bounce; adjoint paths begin at their first
+// hit. \returns false if the block is done: no ray is left, the caller of the trace asked to stop, or the
+// rays have
 //          bounced max_bounces times, which ends them as leaked.
 bool fly_to_hit(const Trace& trace, std::span<Bundle> bundles, Rays& rays, Event& event,
                 FlightCounts& flights) {
@@ -58,6 +60,7 @@ bool fly_to_hit(const Trace& trace, std::span<Bundle> bundles, Rays& rays, Event
         terminate_as_leaked(rays, bundles);
         return false;
     }
+    if (trace.adjoint && event.bounce == 1 && event.generation == 0) return true;
     if (std::isfinite(trace.species.mean_free_path)) return fly_through_gas(trace, rays, event, flights);
     fly_block(trace.geometry, rays, flights);
     return true;
@@ -130,11 +133,15 @@ void PassCounts::read(std::span<std::uint64_t>& words) {
 
 void trace_block(const Trace& trace, const Batch& batch, std::uint32_t first, std::uint32_t count,
                  const std::vector<Tally>& tallies, Worker& w) {
-    emit(trace.geometry, trace.species, trace.desorption, trace.key, batch, first, count, w.rays);
+    if (trace.adjoint)
+        emit_adjoint(trace, batch, first, count, w);
+    else
+        emit(trace.geometry, trace.species, trace.desorption, trace.key, batch, first, count, w.rays);
     std::vector<Bundle> bundles;
     for (const std::size_t k : trace.active) {
         w.counts[k].emitted += count;
-        for (std::uint32_t row = 0; row < count; ++row) w.counts[k].ledger.emitted += w.rays.weight[row];
+        for (std::uint32_t row = 0; row < count && !trace.adjoint; ++row)
+            w.counts[k].ledger.emitted += w.rays.weight[row];
         bundles.push_back({k, w.rays.weight.data(), &trace.sticking[k], &tallies[k], w.bins[k],
                            &w.counts[k].ledger, &w.counts[k]});
     }

@@ -39,6 +39,7 @@ struct Trace {
     std::uint32_t max_bounces = 0;
     /// The first tally of hits after the first one; 0: they have none of their own.
     std::size_t reflected = 0;
+    bool adjoint = false;        ///< first arrivals are sampled from the surface, see adjoint.hpp
     std::function<bool()> stop;  ///< asked now and then; true abandons the block
 };
 

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "flux/direct.hpp"
+#include "flux/tracer/adjoint.hpp"
 #include "flux/tracer/monitor.hpp"
 #include "flux/tracer/particle_history.hpp"
 #include "flux/tracer/trace_checks.hpp"
@@ -67,6 +68,7 @@ class Tracer {
                  fixed_probability(options.roulette),
                  options.max_bounces,
                  0,
+                 uses_adjoint(pass.species, mesh, options),
                  [this] { return monitor_.stop(); }},
           counts_{std::vector<Counts>(pass.species.size()), {}} {
         for (std::size_t k = 0; k < pass.species.size(); ++k) {
@@ -85,11 +87,19 @@ class Tracer {
         trace_.desorption = make_surface_source(mesh, wedges, pass.emission, box.area());
     }
 
-    /// Traces at least \p rays more in equal batches, for the species still active.
+    /// The fewest rays of a round.
+    std::uint64_t least_round() const {
+        return trace_.adjoint ? fewest_adjoint_paths(trace_.geometry.mesh) : 1;
+    }
+
+    /// Traces at least \p rays more, or nearly as many adjoint paths, in equal batches, for the species still active.
+    /// \pre rays >= least_round()
     void trace_round(std::uint64_t rays) {
-        const std::uint64_t batches =
+        std::uint64_t batches =
             std::max<std::uint64_t>(options_.batches, (rays + kMostBatchRays - 1) / kMostBatchRays);
-        const auto batch_rays = static_cast<std::uint32_t>((rays + batches - 1) / batches);
+        auto batch_rays = static_cast<std::uint32_t>((rays + batches - 1) / batches);
+        if (trace_.adjoint)
+            std::tie(batches, batch_rays) = adjoint_batches(rays, batches, trace_.geometry.mesh);
         const bool alone = options_.shares.ranks == 1;
         for (std::uint64_t b = 0; b < batches; ++b) {
             trace_batch(make_batch(trace_.key, batches_++, batch_rays));
@@ -144,6 +154,7 @@ class Tracer {
         result.ledger = counts.ledger;
         result.redeposited = counts.redeposited;
         result.relative_error = relative_error(result.vertex);
+        result.adjoint = trace_.adjoint;
         result.pass_species = static_cast<std::uint32_t>(counts_.species.size());
         result.pass_place = static_cast<std::uint32_t>(k);
         return result;
@@ -305,18 +316,19 @@ std::vector<FluxResult> trace_rounds(const TraceOptions& options, std::size_t tr
     const double target = *options.relative_error;
     double power = 1.75;  // of few rays the error falls faster than as 1/sqrt(rays)
     const auto growth = [&](double error) { return 1.05 * std::pow(error / target, power); };
-    std::uint64_t rays = std::min<std::uint64_t>(most, first_round(triangles));
+    const std::uint64_t least = tracer.least_round();
+    std::uint64_t rays = std::max(least, std::min<std::uint64_t>(most, first_round(triangles)));
     while (true) {
         tracer.trace_round(rays);
         const std::uint64_t emitted = tracer.emitted();
         const auto [nearest, farthest] = tracer.retire_reached(target);
-        if (nearest == 0.0 || emitted >= most) return tracer.results();
+        if (nearest == 0.0 || emitted + least > most) return tracer.results();
         const auto spent = static_cast<double>(emitted);
         if (growth(farthest) * spent < static_cast<double>(most))
             tracer.expect(static_cast<std::uint64_t>(growth(farthest) * spent));
         // Up to where the first species will reach it. A sparse trace underestimates its error: no far leaps.
         const double more = std::clamp(growth(nearest) - 1.0, 0.1, 7.0);
-        rays = std::min(most - emitted, static_cast<std::uint64_t>(more * spent) + 1);
+        rays = std::min(most - emitted, std::max(least, static_cast<std::uint64_t>(more * spent) + 1));
         power = 2.0;
     }
 }

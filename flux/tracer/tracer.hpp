@@ -32,6 +32,9 @@ struct TraceOptions {
     /// Russian roulette: a particle re-emitted with a weight below this threshold, in (0, 1], survives with that
     /// probability, and weight 1, or ends. 1 is analog Monte Carlo.
     double roulette = 1.0;
+    /// Adjoint sampling (adjoint.hpp) for a species alone in its pass that allows_adjoint, if rays are enough for twelve
+    /// paths a triangle: equally many from every triangle, at most so many, in 4 to `batches` batches.
+    bool adjoint = false;
     /// FluxResult::reflected is asked for. Only of a species with direct flux (flux/direct.hpp), alone in its pass.
     bool reflected = false;
     /// Sticking probability by wedge, linear in between, where coverages decide it: replaces
@@ -67,7 +70,7 @@ struct TallyFlux {
 /// Arrivals, what else the species tallies, and what became of the particles. Each history ends once:
 /// emitted = absorbed + escaped + leaked. One that shares its path with other species' ends as absorbed when
 /// its weight comes to 0 or the path loses at roulette, as escaped or leaked when the path does with any of
-/// its weight.
+/// its weight. Adjoint histories that the surface hides from the source escape and weigh nothing.
 struct FluxResult : TallyFlux {
     std::vector<TallyFlux> others;  ///< one for each of Species::yields, then redeposition if there is any
     /// The parts of the arrivals and of each yield that are not of a particle's first hit; empty unless asked for.
@@ -79,6 +82,7 @@ struct FluxResult : TallyFlux {
     Ledger ledger, redeposited;   ///< of the species, and of what its hits sputter
     double relative_error = 0.0;  ///< sum(area * standard error) / sum(area * flux) over vertices, of the
                                   ///< arrivals; infinite without hits
+    bool adjoint = false;         ///< see TraceOptions
     double discretisation_error = 0.0;  ///< of RadiosityFlux, whose relative_error has it in it; 0 of paths
     double seconds = 0.0;               ///< wall time of the pass
     /// Species that the pass traced together, and this one's place among them: segments, rescued and seconds

@@ -2,12 +2,12 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include "flux/radiosity/radiosity.hpp"
 #include "flux/tracer/tracer.hpp"
 #include "tests/flux/cylinders.hpp"
-#include "tests/flux/flux_meshes.hpp"
 #include "tests/flux/revolved_mesh.hpp"
 #include "tests/flux/truth.hpp"
 
@@ -15,6 +15,8 @@ using namespace sidewall;
 using namespace sidewall::flux;
 
 namespace {
+
+constexpr double kPi = std::numbers::pi;
 
 // A hole of radius 1 and a depth in a flat top out to 2.
 Curve hole(double depth) {

@@ -93,8 +93,9 @@ TEST_CASE("ranks that share a trace get the bits of one process, yields and what
     const double target = GENERATE(0.0, 0.2);
     // 16 batches, of less than a block and of several.
     const std::uint64_t rays = GENERATE(9'000u, 60'000u);
+    const bool adjoint = GENERATE(false, true);
     const auto run = [&](const Shares& shares) {
-        TraceOptions options{.rays = rays, .batches = 16, .shares = shares};
+        TraceOptions options{.rays = rays, .batches = 16, .adjoint = adjoint, .shares = shares};
         if (target > 0.0) options.relative_error = target;
         return trace_fluxes(t.mesh, t.scene, t.box, species, {}, t.wedges, options);
     };

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -98,6 +99,7 @@ void trace_pass(const Recipe& recipe, const Model& model, const TracedSurface& s
     if (species.front().desorbs && !emission.empty())
         options.emission_by_wedge = emission.subspan(pass.front() * wedges, wedges);
     options.reflected = pass.size() == 1 && has_direct(recipe, model, pass.front());
+    options.adjoint = options.adjoint && !options.reflected;  // it is for first arrivals, which are known
     std::vector<flux::FluxResult> results = flux::trace_fluxes(
         surface.flown(), *surface.scene, surface.box, species, arriving.materials, arriving.wedges, options);
     for (std::size_t i = 0; i < pass.size(); ++i) arriving.trace->species[pass[i]] = std::move(results[i]);
@@ -137,9 +139,11 @@ void trace_by_methods(const Recipe& recipe, const Model& model, const TracedSurf
 }
 
 // Arrivals that would make as much flux with weight 1 each. A species traced on the paths of one that sticks
-// less arrives far more often, with little weight.
+// less arrives far more often, with little weight. Adjoint paths leave no element to chance: all know their
+// errors.
 std::uint64_t whole_arrivals(const flux::LateralBox& box, const flux::Wedges& wedges,
                              const flux::FluxResult& result) {
+    if (result.adjoint) return std::numeric_limits<std::uint64_t>::max();
     if (result.pass_species == 1) return result.arrivals;
     double sum = 0.0;
     for (std::size_t w = 0; w < wedges.count(); ++w) sum += wedges.area[w] * result.wedge.flux[w];
@@ -276,6 +280,7 @@ flux::TraceOptions trace_options(const Recipe& recipe, const TraceRequest& reque
     options.progress = request.progress;
     options.stop = request.stop;
     options.shares = request.shares;
+    options.adjoint = recipe.flux.method == "auto";
     return options;
 }
 

@@ -105,6 +105,21 @@ TEST_CASE("auto decides for a step's species at the first turn, alike every time
     REQUIRE(mixed.size() == 3);
     CHECK_FALSE(mixed[0].radiosity);
     CHECK(describe(mixed).starts_with("ion by monte-carlo (its particles have energy); etchant by "));
+    // Ions start bottom-up where their rays are enough, with auto alone, and only where averaging leaves them
+    // no direct flux of their own, which would be known without any path.
+    const auto uses_adjoint = [](const std::string& method, int rays, const std::string& averaging = "0.06") {
+        const TracedSurface surface =
+            traced(quick("sf6o2_hole", {"flux.method=" + method, "flux.rays=" + std::to_string(rays),
+                                        "flux.averaging=" + averaging}),
+                   false);
+        CHECK(surface.traced().triangles.size() < 5000);
+        CHECK(surface.traced().triangles.size() > 250);
+        return surface.arriving->trace->species[0].adjoint;
+    };
+    CHECK(uses_adjoint("auto", 60'000));
+    CHECK_FALSE(uses_adjoint("auto", 60'000, "0"));
+    CHECK_FALSE(uses_adjoint("auto", 3000));
+    CHECK_FALSE(uses_adjoint("monte-carlo", 60'000));
     // A choice made earlier in the step holds.
     const Recipe recipe = quick("ald_hole", {"flux.method=auto", "flux.rays=1000"});
     const Model model = make_model(expanded_steps(recipe).front(), recipe.materials, recipe.domain);
