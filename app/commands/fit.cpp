@@ -46,6 +46,12 @@ void add_fit_command(CLI::App& program) {
                "Find how far profiles are shifted, too (default: none)",
                {.one_of = {"none", "x", "z", "xz"}});
     add_option(
+        command, "--method", fit.method, "",
+        "How to search (default: auto). gauss-newton: downhill by slopes; auto: gauss-newton, then crs if several "
+        "minima are found that miss the targets; crs: controlled random search first, which takes 100 runs and more; "
+        "bobyqa: without slopes, for targets with kinks",
+        {.one_of = {"auto", "gauss-newton", "bobyqa", "crs"}});
+    add_option(
         command, "--max-runs", fit.max_runs, "N",
         "Runs at most (default: 60); of these up to 6, a quarter at most, tell the noise that the intervals hold");
     add_option(

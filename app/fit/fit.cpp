@@ -190,8 +190,9 @@ Json plan_of(const Fit& fit) {
         {"target_profile", options.profiles},
         {"profile_sigma", options.profile_sigma ? Json(*options.profile_sigma) : Json()},
         {"profile_offset", options.profile_offset},
+        {"method", options.method},
         {"digest", digest(fmt::format("{} {} {} {}", version(), first, profiles,
-                                      Json{options.vary, options.targets, options.profiles,
+                                      Json{options.vary, options.targets, options.profiles, options.method,
                                            options.profile_offset, options.profile_sigma.value_or(0.0)}
                                           .dump()))}};
 }
@@ -298,7 +299,8 @@ FitSearch find(Fit& fit) {
                  },
              .max_runs = options.max_runs / fit.parts.size(),
              .known_errors = fit.parts.front().targets.known_errors,
-             .profiles = profiles_of(fit)});
+             .profiles = profiles_of(fit)},
+            options.method);
     } catch (const NumericsError& error) {
         throw NumericsError("{}: {}: {}", fmt::join(options.recipes, " "), error.what(), fit.missing);
     }

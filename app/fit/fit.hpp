@@ -18,6 +18,7 @@ struct FitOptions {
     std::vector<std::string> profiles;   ///< [LABEL:]FILE.csv[\@TIME]
     std::optional<double> profile_sigma;  ///< standard deviation of a profile's points, length
     std::string profile_offset = "none";  ///< or "x", "z", "xz"
+    std::string method = "auto";          ///< of the search: fit/fit_search.hpp
     std::size_t max_runs = 60;
     std::size_t jobs = 0;  ///< as in RunSet
     bool resume = false, quiet = false;

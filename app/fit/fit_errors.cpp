@@ -141,7 +141,7 @@ void add_intervals(const LeastSquares& problem, LeastSquaresResult& result) {
     const double hidden =
         3.0 * result.noise * std::sqrt(2.0 * static_cast<double>(count)) / (2.0 * kMostDifference);
     // Residuals of a search that was cut short are no measure of errors.
-    const bool reliable = result.converged || problem.known_errors;
+    const bool reliable = result.converged || !problem.descends || problem.known_errors;
     MatrixXd unbounded = MatrixXd::Identity(parameters, parameters) - tested * tested.transpose();
     MatrixXd inverse = MatrixXd::Zero(parameters, strengths.size());  // of the slopes that do not vanish
     result.free_directions.clear();

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
+#include <nlopt.hpp>
+#include <stdexcept>
 
 #include "app/fit/fit_errors.hpp"
 #include "surface/error.hpp"
@@ -15,6 +18,7 @@ using Eigen::VectorXd;
 constexpr double kMet = 0.01;       // of what is asked for, root mean square
 constexpr double kMetSigmas = 2.0;  // where standard deviations are known
 constexpr double kApart = 0.1;      // between minima, in the unit box
+constexpr double kBeside = 0.01;    // points of one minimum
 
 // All points that a search has evaluated, each once.
 class Trials {
@@ -30,13 +34,23 @@ class Trials {
         return residuals;
     }
 
+    const FitTrial& at(const BoxPoint& x) {
+        const auto known = std::ranges::find(all_, x, &FitTrial::x);
+        if (known != all_.end()) return *known;
+        evaluate({x});
+        return all_.back();
+    }
+
+    const FitTrial& best() const { return *std::ranges::min_element(all_, {}, &FitTrial::cost); }
+
     // Least squares from the best of these points, or from the start, with the runs that are left.
-    LeastSquaresResult fit(std::vector<FitTrial> known, std::optional<double> noise) {
+    LeastSquaresResult fit(std::vector<FitTrial> known, std::optional<double> noise, bool descends = true) {
         LeastSquares problem = problem_;
         problem.evaluate = [this](const std::vector<BoxPoint>& x) { return evaluate(x); };
         problem.max_runs = known.size() + left();
         problem.known = std::move(known);
         problem.noise = noise;
+        problem.descends = descends;
         LeastSquaresResult found = fit_least_squares(problem);
         found.runs = all_.size();
         return found;
@@ -47,15 +61,93 @@ class Trials {
     std::vector<FitTrial> all_;
 };
 
-// Runs that a search takes at least: noise, slopes from both sides, some steps.
-std::size_t fewest_runs(Eigen::Index parameters) {
+// The objective of NLopt. Points without residuals cost more than all others.
+struct SumOfSquares {
+    Trials& trials;
+    std::size_t most = 0;   // trials: points at the bounds come up again and count once
+    double greatest = 1.0;  // finite cost so far
+    std::exception_ptr failure;
+};
+
+double sum_of_squares(unsigned count, const double* x, double*, void* data) {
+    SumOfSquares& sum = *static_cast<SumOfSquares*>(data);
+    const BoxPoint point =
+        Eigen::Map<const VectorXd>(x, static_cast<Eigen::Index>(count)).cwiseMax(0.0).cwiseMin(1.0);
+    double cost = kInfinity;
+    try {
+        cost = sum.trials.at(point).cost();
+    } catch (...) {
+        sum.failure = std::current_exception();
+    }
+    if (sum.failure || sum.trials.all().size() >= sum.most) throw nlopt::forced_stop();
+    if (!std::isfinite(cost)) return 2.0 * sum.greatest;
+    sum.greatest = std::max(sum.greatest, cost);
+    return cost;
+}
+
+// From the best point so far. False if it ended for want of runs.
+bool minimise(Trials& trials, nlopt::algorithm algorithm, std::size_t runs, std::size_t population) {
+    constexpr double kFirstStep = 0.2;  // in the unit box
+    constexpr std::size_t kMostRepeats = 10;
+    SumOfSquares sum{.trials = trials, .most = trials.all().size() + runs};
+    for (const FitTrial& trial : trials.all())
+        if (const double cost = trial.cost(); std::isfinite(cost))
+            sum.greatest = std::max(sum.greatest, cost);
+    std::vector<double> x(trials.best().x.begin(), trials.best().x.end());
+    nlopt::opt search(algorithm, static_cast<unsigned>(x.size()));
+    search.set_min_objective(sum_of_squares, &sum);
+    search.set_lower_bounds(0.0);
+    search.set_upper_bounds(1.0);
+    search.set_maxeval(static_cast<int>(kMostRepeats * runs));
+    if (population > 0) {
+        nlopt::srand(1);
+        search.set_population(static_cast<unsigned>(population));
+    } else {
+        search.set_xtol_abs(kSearchTolerance);
+        search.set_initial_step(kFirstStep);
+    }
+    try {
+        double least = 0.0;
+        return search.optimize(x, least) != nlopt::MAXEVAL_REACHED;
+    } catch (const nlopt::roundoff_limited&) {
+        return true;  // points so close that rounding hides their difference
+    } catch (const std::runtime_error&) {
+        if (sum.failure) std::rethrow_exception(sum.failure);
+        return false;
+    }
+}
+
+// Runs that the last fit takes: noise, slopes from both sides, some steps.
+std::size_t last_runs(Eigen::Index parameters) {
     return static_cast<std::size_t>(4 * parameters + 6);
+}
+
+std::size_t fewest_at_random(Eigen::Index parameters) {
+    return last_runs(parameters) + 4 * (static_cast<std::size_t>(parameters) + 1);
 }
 
 // Runs that are kept for the noise; a spread takes two.
 std::size_t count_repeats(const LeastSquares& problem) {
     const std::size_t kept = std::min(kRepeats, problem.max_runs / 4);
     return problem.repeat && kept > 1 ? kept : 0;
+}
+
+void require_runs_for_crs(const LeastSquares& problem) {
+    const std::size_t fewest = count_first(problem.start.size()) + fewest_at_random(problem.start.size()),
+                      repeats = count_repeats(problem);
+    if (problem.max_runs - repeats < fewest)
+        throw RecipeError("--method crs with {} keys takes at least {} runs: raise --max-runs, now {}",
+                          problem.start.size(), fewest + (problem.repeat ? kRepeats : 0), problem.max_runs);
+}
+
+// A random search by NLopt. False if too few runs are left for it.
+bool search_at_random(Trials& trials, Eigen::Index parameters) {
+    const auto n = static_cast<std::size_t>(parameters);
+    const std::size_t usual = 10 * (n + 1), kept = last_runs(parameters);
+    if (trials.left() < fewest_at_random(parameters)) return false;
+    const std::size_t runs = std::min(std::max(2 * usual, trials.left() / 2), trials.left() - kept);
+    minimise(trials, nlopt::GN_CRS2_LM, runs, runs / 2);
+    return true;
 }
 
 // Whether two ends are different minima: apart in more than the directions that are free.
@@ -82,11 +174,11 @@ std::vector<FitTrial> points_beyond(const Trials& trials, std::size_t first_coun
     return beyond;
 }
 
-FitSearch search_from_both_sides(Trials& trials, const LeastSquares& problem) {
+FitSearch search_by_itself(Trials& trials, const LeastSquares& problem) {
     FitSearch search{.found = trials.fit({}, {})};
     LeastSquaresResult& found = search.found;
-    if (!found.converged || meets_targets(found, problem.known_errors) ||
-        trials.left() < fewest_runs(problem.start.size()))
+    const bool known = problem.known_errors;
+    if (!found.converged || meets_targets(found, known) || trials.left() < last_runs(problem.start.size()))
         return search;
     std::vector<FitTrial> beyond = points_beyond(trials, first_points(problem).size(), found.best);
     if (beyond.empty()) return search;
@@ -94,7 +186,31 @@ FitSearch search_from_both_sides(Trials& trials, const LeastSquares& problem) {
     search.several_minima = other.converged && are_apart(found, other);
     if (other.residuals.norm() < found.residuals.norm()) std::swap(found, other);
     found.runs = trials.all().size();
+    if (search.several_minima && !meets_targets(found, known) &&
+        search_at_random(trials, problem.start.size()))
+        found = trials.fit(trials.all(), found.noise);
     return search;
+}
+
+FitSearch search_by(const std::string& method, Trials& trials, const LeastSquares& problem) {
+    if (method == "auto") return search_by_itself(trials, problem);
+    if (method == "gauss-newton") return {.found = trials.fit({}, {})};
+    trials.evaluate(first_points(problem));
+    // If no run has all targets, nothing is searched, and the fit throws.
+    const bool any = std::isfinite(trials.best().cost());
+    if (method == "crs") {
+        if (any) search_at_random(trials, problem.start.size());
+        return {.found = trials.fit(trials.all(), {})};
+    }
+    const std::size_t kept = last_runs(problem.start.size()),
+                      runs = trials.left() - std::min(trials.left(), kept);
+    const bool ended = any && runs > 0 && minimise(trials, nlopt::LN_BOBYQA, runs, 0);
+    const BoxPoint end = trials.best().x;
+    LeastSquaresResult found = trials.fit(trials.all(), {}, false);
+    // The search has missed the minimum if a point evaluated for slopes is lower, unless it is as near as
+    // those for the noise.
+    found.converged = ended && (found.best - end).lpNorm<Eigen::Infinity>() < kBeside;
+    return {.found = std::move(found)};
 }
 
 // Residuals that are equal to the last digit at points beside the optimum where the slopes, or other points,
@@ -144,11 +260,12 @@ bool meets_targets(const LeastSquaresResult& found, bool known_errors) {
     return misfit(found) <= (known_errors ? kMetSigmas : std::max(kMet, 3.0 * found.noise));
 }
 
-FitSearch search_least_squares(const LeastSquares& problem) {
+FitSearch search_least_squares(const LeastSquares& problem, const std::string& method) {
+    if (method == "crs") require_runs_for_crs(problem);
     LeastSquares searched = problem;
     searched.max_runs -= count_repeats(problem);
     Trials trials(searched);
-    FitSearch search = search_from_both_sides(trials, searched);
+    FitSearch search = search_by(method, trials, searched);
     LeastSquaresResult& found = search.found;
     if (found.tested.cols() == 0) return search;
     std::vector<VectorXd> repeats;

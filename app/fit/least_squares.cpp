@@ -220,6 +220,7 @@ class Fitter {
         while (left() > 0) {
             take_lower();
             Model model = regress();
+            if (!problem_.descends) return !spread(model, kLastRadius, kFine, true);
             if (spread_at != center_ && spread(model, 0.5 * radius, kRough, false)) {
                 if (left() == 0) return false;
                 take_lower();
@@ -263,10 +264,13 @@ double FitTrial::cost() const {
     return residuals && residuals->allFinite() ? residuals->squaredNorm() : kInfinity;
 }
 
+std::size_t count_first(Index parameters) {
+    return static_cast<std::size_t>(2 * parameters + 3);
+}
+
 std::vector<BoxPoint> first_points(const LeastSquares& problem) {
     std::vector<BoxPoint> points{problem.start};
-    const std::size_t most = static_cast<std::size_t>(2 * problem.start.size() + 2),
-                      more = std::min(most, problem.max_runs / 4);
+    const std::size_t more = std::min(count_first(problem.start.size()) - 1, problem.max_runs / 4);
     for (std::size_t i = 1; i <= more; ++i)
         points.push_back(BoxPoint::NullaryExpr(problem.start.size(), [&](Index d) {
             return sobol(static_cast<std::uint32_t>(i), static_cast<std::size_t>(d));

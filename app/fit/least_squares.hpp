@@ -43,6 +43,7 @@ struct LeastSquares {
     bool known_errors = false;    ///< residuals are in standard deviations; else that is estimated from them
     std::vector<FitTrial> known;  ///< evaluated before: the search goes on from the best of them
     std::optional<double> noise;  ///< as in the result, where it is known
+    bool descends = true;         ///< else the best known point is taken, and its errors alone are found
     std::vector<ProfileResiduals>
         profiles;  ///< whose errors neighbours share; all other residuals have their own
 };
@@ -77,5 +78,8 @@ LeastSquaresResult fit_least_squares(const LeastSquares& problem);
 
 /// The points where a search begins: \p problem's start, and some of Sobol's sequence.
 std::vector<BoxPoint> first_points(const LeastSquares& problem);
+
+/// How many first points there are where the runs suffice.
+std::size_t count_first(Eigen::Index parameters);
 
 }  // namespace sidewall::app

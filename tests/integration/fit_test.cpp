@@ -174,23 +174,42 @@ TEST_CASE("the quick trench has a step coverage of 0.55 at a sticking of 0.148",
     CHECK(fit["residuals"]["step_coverage_bottom"]["got"].get<double>() == Approx(0.55).epsilon(0.005));
 }
 
+TEST_CASE("without slopes, by quadratic models, the quick trench has the same sticking", "[slow]") {
+    const FitFolder c;
+    c.run(
+        "fit " + config("quick/trench_deposition.toml") +
+        " -o fit --quiet --method bobyqa --set advection.cfl=0.1 --set step[0].duration=1 --vary step[0].sticking=0.02:1:log --target step_coverage_bottom=0.55");
+    const json fit = c.read("fit/fit.json");
+    INFO(fit.dump(1));
+    CHECK(fit["status"] == "converged");
+    CHECK(value(fit, "step[0].sticking") == Approx(0.148).epsilon(0.02));
+    CHECK(fit["parameters"]["step[0].sticking"]["interval95"][0] <
+          fit["parameters"]["step[0].sticking"]["value"]);
+}
+
 TEST_CASE(
-    "where downhill ends at a depth that is too small, a search from the far side finds the one asked for, and goes on",
+    "where downhill ends at a depth that is too small, a search finds the one asked for beyond a ridge, and goes on",
     "[slow]") {
     const FitFolder c;
     std::ofstream(c.path / "two.toml", std::ios::binary) << kTwoMaxima;
-    const std::string fit =
-        "fit two.toml --quiet --vary step[0].parameters.k=0:1 --target depth=1 -o far --max-runs 100";
-    c.run(fit);
-    const json found = c.read("far/fit.json");
-    INFO(found.dump(1));
-    CHECK(value(found, "step[0].parameters.k") == Approx(0.85).margin(0.01));
-    CHECK(found["residuals"]["depth"]["got"].get<double>() == Approx(1.0).epsilon(0.01));
+    const std::string fit = "fit two.toml --quiet --vary step[0].parameters.k=0:1 --target depth=1 ";
+    c.run(fit + "-o downhill --method gauss-newton");
+    CHECK(value(c.read("downhill/fit.json"), "step[0].parameters.k") == Approx(0.25).margin(0.02));
+    for (const std::string method : {"auto", "crs"}) {
+        c.run(fit + "-o " + method + " --max-runs 100 --method " + method);
+        const json found = c.read(method + "/fit.json");
+        INFO(found.dump(1));
+        CHECK(value(found, "step[0].parameters.k") == Approx(0.85).margin(0.01));
+        CHECK(found["method"] == method);
+        CHECK(found["residuals"]["depth"]["got"].get<double>() == Approx(1.0).epsilon(0.01));
+    }
     // With a part of the runs lost, the same end.
-    const std::string before = read_bytes(c.path / "far/fit.json");
-    for (const char* run : {"0009", "0010", "0011"}) fs::remove(c.path / "far/runs" / run / "summary.json");
-    c.run(fit + " --resume");
-    CHECK(read_bytes(c.path / "far/fit.json") == before);
+    const std::string before = read_bytes(c.path / "crs/fit.json");
+    for (const char* run : {"0009", "0010", "0011"}) fs::remove(c.path / "crs/runs" / run / "summary.json");
+    c.run(fit + "-o crs --max-runs 100 --method crs --resume");
+    CHECK(read_bytes(c.path / "crs/fit.json") == before);
+    CHECK_THAT(c.run(fit + "-o crs --max-runs 100 --method bobyqa --resume", 2).output,
+               Catch::Contains("holds another fit, which differs in method"));
 }
 
 TEST_CASE("a fit whose runs do not suffice says so, and calls nothing free that it has not tried") {

@@ -69,7 +69,7 @@ double share_held(const Trials95& c, int trials, bool repeats) {
                 for (std::size_t k = 0; k < count; ++k) all.push_back(residuals(simulator.run(x, random)));
                 return all;
             };
-        const LeastSquaresResult found = search_least_squares(asked).found;
+        const LeastSquaresResult found = search_least_squares(asked, "gauss-newton").found;
         CHECK(found.repeats.cols() == (repeats ? static_cast<Eigen::Index>(kRepeats) : 0));
         for (Eigen::Index k = 0; k < c.parameters; ++k)
             held += std::abs(found.best[k] - truth[k]) <= found.half_interval[k] ? 1 : 0;
@@ -125,7 +125,7 @@ TEST_CASE(
                                    return all;
                                },
                            .max_runs = most};
-        const LeastSquaresResult found = search_least_squares(asked).found;
+        const LeastSquaresResult found = search_least_squares(asked, "auto").found;
         INFO(most);
         CHECK(again == repeats);
         CHECK(count + again <= most);
@@ -141,7 +141,7 @@ TEST_CASE("a figure that goes by steps of the grid is noticed, and its interval 
                                for (const BoxPoint& x : points) all.emplace_back(figures(x));
                                return all;
                            }};
-        return search_least_squares(asked).found;
+        return search_least_squares(asked, "gauss-newton").found;
     };
     // Depth by whole steps of 0.05, of 0.62 asked for.
     const LeastSquaresResult stepped = fitted(
@@ -187,7 +187,7 @@ TEST_CASE("figures that are equal by chance, within the noise of six digits, are
                                    for (std::size_t k = 0; k < count; ++k) all.push_back(run(x));
                                    return all;
                                }};
-        noticed += search_least_squares(asked).found.grid_steps.isZero(0.0) ? 0 : 1;
+        noticed += search_least_squares(asked, "gauss-newton").found.grid_steps.isZero(0.0) ? 0 : 1;
     }
     // Two of some fifteen points meet within 2000 digits of noise in a few fits of a hundred, three in one of
     // 10,000.
@@ -209,7 +209,7 @@ TEST_CASE("a model without random numbers has intervals from how rough it is ove
                 return std::vector<Residuals>(
                     count, VectorXd::Constant(1, x[0] - 0.6 + 0.001 * std::sin(7e4 * x[0])));
             }};
-    const LeastSquaresResult found = search_least_squares(asked).found;
+    const LeastSquaresResult found = search_least_squares(asked, "auto").found;
     INFO(found.best << " +- " << found.half_interval << ", " << found.noise);
     CHECK(found.best[0] == Approx(0.6).margin(0.003));
     CHECK(found.half_interval[0] > 1e-4);
