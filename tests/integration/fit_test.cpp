@@ -123,8 +123,8 @@ TEST_CASE(
     CHECK(fit["runs"] <= 40);
     CHECK(value(fit, neutral) == Approx(-0.35).epsilon(0.02));
     CHECK(value(fit, ion) == Approx(-0.6).epsilon(0.02));
-    // What re-triangulation leaves of it: 60.6 +- 0.75 over 18 fits, of several seeds, compilers and versions
-    // of Embree; three standard deviations.
+    // 60.6 +- 0.75 over 18 fits, of several seeds, compilers and versions of Embree: three standard
+    // deviations.
     CHECK(value(fit, exponent) == Approx(60.0).epsilon(0.05));
 }
 
