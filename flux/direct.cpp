@@ -163,7 +163,7 @@ DirectFlux::DirectFlux(const Species& species) {
     const double spread = beams_ > 1 ? 2.0 * kPi / static_cast<double>(beams_) : 0.0;
     images_ = tilted ? 2 : 4;
     const std::vector<SourceSample> samples = source_samples(species, -axis, spread, images_, 256);
-    for (const SourceSample& sample : samples) sample_.push_back(sample.towards);
+    for (const SourceSample& sample : samples) sample_.push_back({sample.towards, sample.weight});
 
     scale_.push_back({1.0});
     for (const Yield& yield : species.yields) scale_.push_back(yield.scale);
@@ -202,7 +202,7 @@ double DirectFlux::azimuth_of(std::size_t beam) const {
     return azimuth_ + 2.0 * kPi * static_cast<double>(beam) / static_cast<double>(beams_);
 }
 
-std::vector<Vec3> DirectFlux::towards(std::size_t beam, std::size_t alike) const {
+std::vector<DirectFlux::Direction> DirectFlux::towards(std::size_t beam, std::size_t alike) const {
     const double turn = azimuth_of(beam);
     const std::size_t groups = sample_.size() / images_, images = std::max<std::size_t>(1, images_ / alike),
                       count = (beams_ > 1  ? 16
@@ -216,11 +216,17 @@ std::vector<Vec3> DirectFlux::towards(std::size_t beam, std::size_t alike) const
     std::vector<std::size_t> order{count - 1, 0};
     for (std::size_t step = count / 2; step > 0; step /= 2)
         for (std::size_t k = step; k + 1 < count; k += 2 * step) order.push_back(k);
-    std::vector<Vec3> directions;
-    for (const std::size_t k : order)
-        if (const std::size_t n = every / 2 + k * every; n < groups)
-            for (std::size_t image = 0; image < images; ++image)
-                directions.push_back(turned(sample_[n * images_ + image], turn));
+    // Of four images two that are each other's mirror image in x come first, of every other group those in y.
+    const std::size_t pair = std::min<std::size_t>(images, 2);
+    std::vector<Direction> directions;
+    for (std::size_t first = 0; first < images; first += pair)
+        for (std::size_t m = 0; m < order.size(); ++m)
+            if (const std::size_t n = every / 2 + order[m] * every; n < groups)
+                for (std::size_t k = 0; k < pair; ++k) {
+                    const std::size_t image = (first + (m % 2) * pair) % images + k;
+                    const Direction& sample = sample_[n * images_ + image];
+                    directions.push_back({turned(sample.towards, turn), sample.weight});
+                }
     return directions;
 }
 
@@ -263,19 +269,22 @@ std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const Tri
     const Lookouts from = lookouts(mesh, wedges, box, 2.0 * kOverlap * geometry.skin, coarse);
     std::vector<std::vector<double>> open(direct.beams(), std::vector<double>(wedges.count(), 0.0));
     for (std::size_t b = 0; b < direct.beams(); ++b) {
-        std::vector<Vec3> towards = direct.towards(b, box.axial ? 4 : geometry.straight ? 2 : 1);
-        for (Vec3& d : towards)
-            if (geometry.straight) d.y() = 0.0;
+        std::vector<DirectFlux::Direction> towards = direct.towards(b, box.axial           ? 4
+                                                                       : geometry.straight ? 2
+                                                                                           : 1);
+        for (DirectFlux::Direction& d : towards)
+            if (geometry.straight) d.towards.y() = 0.0;
         // The share of what an open surface would get that arrives.
         const auto share_at = [&](const Lookout& out) {
             std::array<Vec3, surface::RayPacket::kRays> paths;
             std::array<double, surface::RayPacket::kRays> weights;
+            constexpr std::size_t kEnough = 16;
             double all = 0.0, arrives = 0.0;
             for (std::size_t next = 0; next < towards.size();) {
                 std::size_t count = 0;
                 for (; next < towards.size() && count < paths.size(); ++next) {
-                    const Vec3& d = towards[next];
-                    weights[count] = d.dot(out.normal) / std::max(kLeastRise, d.z());
+                    const Vec3& d = towards[next].towards;
+                    weights[count] = towards[next].weight * d.dot(out.normal) / std::max(kLeastRise, d.z());
                     if (weights[count] > 0.0) paths[count++] = d;
                 }
                 const std::uint32_t seen = sees_source(geometry, out.point, std::span(paths).first(count));
@@ -284,7 +293,7 @@ std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const Tri
                     if ((seen >> k & 1u) != 0) arrives += weights[k];
                 }
                 // Most see all of the source or nothing, which a few directions from all over it tell.
-                if (arrives == 0.0 || arrives == all) break;
+                if (next >= kEnough && (arrives == 0.0 || arrives == all)) break;
             }
             return all > 0.0 ? arrives / all : 0.0;
         };

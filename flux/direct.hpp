@@ -31,10 +31,16 @@ class DirectFlux {
     /// Arrivals and yields: the first tallies of the species.
     std::size_t tallies() const { return scale_.size(); }
     std::size_t beams() const { return beams_; }
-    /// Directions towards beam \p beam of the source that stand for all of it; unit vectors.
-    /// Each stands beside its mirror images in x, unless the beam is tilted, and in y, so that symmetric surfaces get the same.
-    /// \param alike  images of a direction that see the same: 2, those in y, of a profile in x and z; 4 of a round one; else 1.
-    std::vector<Vec3> towards(std::size_t beam, std::size_t alike) const;
+    /// A unit vector towards the source, and the part of the source that it stands for.
+    struct Direction {
+        Vec3 towards;
+        double weight;
+    };
+    /// Directions towards beam \p beam of the source that stand for all of it.
+    /// Each comes with its mirror images in x, unless the beam is tilted, and in y, so that symmetric surfaces get the same.
+    /// \param alike  images of a direction of which one is taken: 2, those in y, of a profile in x and z; 4 of a round wafer,
+    ///               whose directions are many instead; else 1.
+    std::vector<Direction> towards(std::size_t beam, std::size_t alike) const;
 
     /// Adds F_k(\p normal) on \p material to \p flux, by tally.
     /// \param open  by beam: the share of it that the surface sees.
@@ -47,7 +53,7 @@ class DirectFlux {
 
     std::size_t beams_ = 1, images_ = 1, azimuths_ = 1;  // images: of a sample; azimuths: of the table
     double tilt_sine_ = 0.0, tilt_cosine_ = 1.0, azimuth_ = 0.0;  // of the first beam's axis
-    std::vector<Vec3> sample_;                // towards the first beam, if its azimuth were 0
+    std::vector<Direction> sample_;           // towards the first beam, if its azimuth were 0
     std::vector<std::vector<double>> scale_;  // by tally, by material or one for all
     std::vector<double> table_;               // by tally, azimuth and polar angle, at scale 1
 };

@@ -208,7 +208,9 @@ std::string section_of(const Json& row) {
         const auto role = reading.at("role").get<std::string>();
         const Json& percent = reading.at("deviation_percent");  // none of 0
         const char* within = reading.at("within_bars").get<bool>() ? "yes" : "no";
-        page += fmt::format("| {}{} | {:.5g} | {:.2g} | {:.2g} | {:.6g}{} | {} | {} |\n", reading.at("label"),
+        std::string label = reading.at("label").get<std::string>();
+        std::ranges::replace(label, '|', '/');  // ends a cell of the table
+        page += fmt::format("| {}{} | {:.5g} | {:.2g} | {:.2g} | {:.6g}{} | {} | {} |\n", label,
                             unit == "1" ? "" : ", in " + unit, reading.at("ours"), reading.at("noise"),
                             reading.at("grid"), reading.at("reference"),
                             bar > 0.0 ? fmt::format(" +- {:.2g}", bar) : "",
@@ -268,9 +270,18 @@ std::string validation_page(const Json& validation, const std::string& frame) {
 
 // Writes the rows of this version into a table of all versions' figures. Rows of cases that are not in \p
 // validation stay.
+constexpr const char* kHistoryColumns = "version,case,figure,unit,ours,reference,within\n";
+
+// Before the first run: what is there already must be such a history.
+void check_history(const fs::path& file) {
+    if (file.empty() || !is_there(file)) return;
+    if (!fs::is_regular_file(file) || !surface::read_whole_file(file).starts_with(kHistoryColumns))
+        throw FileError("{}: is no history of validate, and would be overwritten: name another file",
+                        file.string());
+}
+
 void write_history(const fs::path& file, const Json& validation) {
-    const std::string names = "version,case,figure,unit,ours,reference,within";
-    std::string text = names + "\n";
+    std::string text = kHistoryColumns;
     if (is_there(file)) {
         for (const std::vector<std::string>& row : read_text_table(file).rows) {
             const bool again =
@@ -302,6 +313,7 @@ Json validate(const ValidationOptions& options) {
                                       cases = chosen(all, options.cases);
     for (const ValidationCase& one : cases)  // all mistakes before the first run
         for (const std::vector<std::size_t>& rows : case_runs(one)) case_recipe(one, rows);
+    check_history(options.history);
     const fs::path page = options.folder / "page.md";
     const std::string frame = is_there(page) ? surface::read_whole_file(page) : "# Validation\n\n";
     std::map<std::string, Json> rows = earlier_rows(options.output, all);

@@ -156,11 +156,8 @@ void require_attribute(const Recipe& recipe, const ReferenceFigure& figure) {
 }  // namespace
 
 fs::path shipped_cases() {
-    std::error_code failure;
-    const fs::path program = fs::read_symlink("/proc/self/exe", failure);
-    for (fs::path above = program.parent_path(); above.has_relative_path(); above = above.parent_path())
-        for (const char* below : {"share/sidewall/configs/validation", "configs/validation"})
-            if (is_there(above / below)) return above / below;
+    const fs::path folder = shipped_folder("configs/validation");
+    if (!folder.empty()) return folder;
     throw FileError(
         "no folder above the program holds share/sidewall/configs/validation or configs/validation: say with "
         "--cases DIR where the cases are");

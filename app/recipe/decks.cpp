@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <set>
 
@@ -36,10 +37,15 @@ fs::path file_of_deck(const toml::node& node, const std::string& path, const std
     const auto* text = node.as_string();
     if (text == nullptr) fail(node, path, "must be a string, in quotes");
     const bool own = text->get().ends_with(".toml");
+    const bool plain =
+        std::ranges::all_of(text->get(), [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; });
+    if (!own && shipped().empty())
+        fail(node, path,
+             "the program's own chemistries are not found beside it: name a file that ends with .toml");
     const fs::path file = own ? fs::absolute(fs::path(recipe).parent_path() / text->get()).lexically_normal()
                               : shipped() / (text->get() + ".toml");
     std::error_code failure;
-    if (fs::is_regular_file(file, failure)) return file;
+    if ((own || plain) && fs::is_regular_file(file, failure)) return file;
     if (own)
         fail(node, path, fmt::format("no such file: {}; the name is relative to the recipe", file.string()));
     std::vector<std::string> names;
@@ -80,6 +86,8 @@ void use_decks(toml::table& parent, const char* key, const std::string& path, co
         const toml::node* named = step->get("chemistry");
         if (named == nullptr || step->contains("steps"))
             continue;  // a loop has no such key: the reader says so
+        const auto same = [&](const Use& use) { return use.path == here; };
+        if (named->is_boolean() && std::ranges::any_of(uses, same)) continue;  // filled already
         Use use{here, read_deck(file_of_deck(*named, here + ".chemistry", recipe))};
         const toml::node* model = step->get("model");
         if (model != nullptr && model->value<std::string>() != use.deck.model)
@@ -87,7 +95,9 @@ void use_decks(toml::table& parent, const char* key, const std::string& path, co
                  fmt::format("chemistry {} is of model \"{}\": name that, or another chemistry",
                              use.deck.name, use.deck.model));
         fill(*step, *use.deck.tables["step"].as_table());
-        step->erase("chemistry");
+        // Marks the step as filled: an override may still set another in its place.
+        step->insert_or_assign("chemistry", true);
+        std::erase_if(uses, same);
         uses.push_back(std::move(use));
     }
 }
@@ -204,7 +214,7 @@ class Fitting {
         std::vector<std::string> idle;
         for (const auto& [name, value] : values)
             if (name.str() != "default" && from_deck(value) && !every_material_ &&
-                !materials_.contains(std::string(name.str())))
+                !materials_.contains(meant(name.str())))
                 idle.emplace_back(name.str());
         for (const std::string& name : idle) values.erase(name);
     }
@@ -238,6 +248,8 @@ void fit_deck(toml::table& root, const Use& use, std::vector<std::string>& notes
     auto* step = const_cast<toml::node*>(find_node(root, use.path));
     if (step == nullptr || !step->is_table()) return;
     toml::table& table = *step->as_table();
+    if (!table["chemistry"].is_boolean()) return;  // replaced since
+    table.erase("chemistry");
     Step keys;
     keys.model = table["model"].value<std::string>().value_or("");
     if (const ModelEntry* model = find_model(keys.model)) keys.parameters = model->defaults;
@@ -261,6 +273,15 @@ Deck read_deck(const fs::path& file) {
     read_keys(deck.tables, "chemistry", "a chemistry", keys, reading, {"range", "expected", "step"});
     const toml::table* step = deck.tables["step"].as_table();
     if (step == nullptr) fail_missing(deck.tables, "step", "missing: [step] holds the model and its keys");
+    if (const toml::node* nested = step->get("chemistry"))
+        fail(*nested, "step.chemistry", "a chemistry names no other");
+    const toml::node* range = deck.tables.get("range");
+    if (range != nullptr && !range->is_table()) fail(*range, "range", "must be a table: KEY = [from, to]");
+    for (const auto& [name, ends] : range != nullptr ? *range->as_table() : toml::table()) {
+        std::vector<double> pair;
+        read_key(*range->as_table(), "range", {std::string(name.str()), &pair, "", "", sized(2)}, reading);
+        if (!(pair.at(0) <= pair.at(1))) fail(ends, fmt::format("range.{}", name.str()), "must rise");
+    }
     read_key(*step, "step", {"model", &deck.model, "", "", one_of(model_names())}, reading);
     if (deck.model.empty())
         fail_missing(*step, "step.model", "missing: name a model that `sidewall models` lists");

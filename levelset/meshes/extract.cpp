@@ -354,11 +354,9 @@ TriangleMesh mesh_of_levels(const MaterialStack& stack, std::size_t layer, surfa
         const NodeValues on_seam =
             has_coarser ? values_on_seam(seams[n + 1], cells[n + 1], domain) : NodeValues();
         const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-        surface::LateralGrid box = lateral_grid(domain, cells[n].columns);
-        if (levels.size() > 1)
-            box.on_node = 0.0;  // levels share nodes, whose side all of them must see alike
-        const surface::SharpVertices sharp = surface::marching_cubes(
-            GridLeaves(*levels[n]->layers[layer].phi, domain, on_seam).list(), box, mesh, edges);
+        const surface::SharpVertices sharp =
+            surface::marching_cubes(GridLeaves(*levels[n]->layers[layer].phi, domain, on_seam).list(),
+                                    lateral_grid(domain, cells[n].columns), mesh, edges);
         add_edges(sharp, mesh);
         EdgeVertices coarse, fine;
         const BesideSeam beside(domain, seams[n], has_coarser ? &seams[n + 1] : nullptr);

@@ -113,10 +113,20 @@ double NodeReader::operator()(Coord node) {
     return static_cast<double>(v) / box_.spacing;
 }
 
+bool NodeReader::on_seam(const Coord& node) const {
+    for (int i = node.x() - 1; i <= node.x() && !box_.columns.empty(); ++i)
+        for (int j = node.y() - 1; j <= node.y(); ++j)
+            if (i >= 0 && j >= 0 && i < box_.cells[0] && j < box_.cells[1] &&
+                column_at(i, j, box_) != CellColumn::meshed)
+                return true;
+    return false;
+}
+
 bool NodeReader::inside(const Coord& node) {
     constexpr double kBeside[3] = {1.0, 0.8, 0.6};
     const double own = (*this)(node);
-    if (!(std::abs(own) < on_node())) return own < 0.0;
+    // Two levels share nodes on their seam, but not those beside it.
+    if (!(std::abs(own) < on_node()) || on_seam(node)) return own < 0.0;
     double beside = 0.0;
     for (int axis = 0; axis < 3; ++axis)
         if (const double next = (*this)(step(node, axis, 1)); !std::isnan(next))

@@ -22,6 +22,8 @@ class NodeReader {
     openvdb::Coord source(openvdb::Coord node) const;
 
   private:
+    bool on_seam(const openvdb::Coord& node) const;
+
     const CutLeaves& leaves_;
     const LateralGrid& box_;
     openvdb::Coord origin_{std::numeric_limits<int>::max()};

@@ -174,3 +174,50 @@ TEST_CASE("the middle of a deep hole's floor sees as much of a narrow source as 
         CHECK(open[0][wedges.corner[0]] == Approx(exact).margin(1.0 / 16.0));  // of 16 polar angles
     }
 }
+
+namespace {
+
+// A mesh of separate quadrilaterals.
+void add_quad(TriangleMesh& mesh, const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
+    const auto n = static_cast<std::uint32_t>(mesh.vertices.size());
+    for (const Vec3& p : {a, b, c, d}) mesh.vertices.push_back(p);
+    mesh.triangles.push_back({n, n + 1, n + 2});
+    mesh.triangles.push_back({n, n + 2, n + 3});
+}
+
+// The share of a source that the middle of the floor of an endless slit sees, of width 1 and depth 10; half
+// way down hangs a strip of width 0.2.
+double share_of_floor(const Species& species, bool strip) {
+    TriangleMesh mesh;
+    const double end = 20.0;
+    add_quad(mesh, {-0.01, -0.01, -10}, {0.01, -0.01, -10}, {0.01, 0.01, -10}, {-0.01, 0.01, -10});
+    add_quad(mesh, {-0.5, -end, -10}, {-0.5, end, -10}, {-0.5, end, 0}, {-0.5, -end, 0});
+    add_quad(mesh, {0.5, end, -10}, {0.5, -end, -10}, {0.5, -end, 0}, {0.5, end, 0});
+    if (strip) add_quad(mesh, {-0.1, -end, -5}, {-0.1, end, -5}, {0.1, end, -5}, {0.1, -end, -5});
+    const surface::RayScene scene(mesh);
+    LateralBox box;
+    box.min = {-0.5, -end}, box.max = {0.5, end};
+    box.boundary = {Boundary::open, Boundary::open};
+    const Wedges wedges = make_wedges(mesh);
+    return open_shares(DirectFlux(species), mesh, scene, box, wedges)[0][wedges.corner[0]];
+}
+
+}  // namespace
+
+TEST_CASE("a floor under a thin strip sees the source on both sides of it") {
+    Species species = parallel_ions();
+    species.source_exponent = 500.0;
+    // Slopes in x of cos^n are nearly normal, of variance 1 / (n + 2): between 0.1 / 5 and 0.5 / 10.
+    const auto within = [](double slope) { return std::erf(slope * std::sqrt(502.0 / 2.0)); };
+    // 16 directions but for mirror images, of which each edge may put one on the wrong side and another
+    // beside it.
+    CHECK(share_of_floor(species, true) == Approx(within(0.05) - within(0.02)).margin(2.0 / 16.0));
+    CHECK(share_of_floor(species, false) == Approx(within(0.05)).margin(2.0 / 16.0));
+}
+
+TEST_CASE("directions of a tabulated source count by the weights of their bins") {
+    Species species = parallel_ions();
+    species.bins = {{0.0, 0.2 * kOneDegree, 100.0, 100.0, 0.99},
+                    {6.0 * kOneDegree, 6.5 * kOneDegree, 100.0, 100.0, 1.0}};
+    CHECK(share_of_floor(species, false) >= 0.989);
+}

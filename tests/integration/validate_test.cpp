@@ -216,6 +216,10 @@ TEST_CASE(
     CHECK(history.find(rest) != std::string::npos);
     CHECK(history.find(",mine,\"a, whole\",um,8.5") != std::string::npos);
     CHECK(std::count(history.begin(), history.end(), '\n') == 6);  // no row twice
+    // Another file is not taken for a history, and stays.
+    test::write_bytes(one.folder.path / "mine.csv", "a,b\n1,2\n");
+    CHECK(one.validate(" --resume --history mine.csv").exit_code != 0);
+    CHECK(test::read_bytes(one.folder.path / "mine.csv") == "a,b\n1,2\n");
     const test::Outcome report = test::run_program(one.folder.path, "report out -o out.html", 60);
     INFO(report.output);
     CHECK(report.exit_code == 0);

@@ -170,6 +170,19 @@ TEST_CASE("keys of a step win over its deck's, by material and under another wor
     CHECK(written_number("[[step]]\nchemistry = \"sf6_o2_si\"\n", "fit.toml", {}, "step[0].energy") == 140.0);
 }
 
+TEST_CASE("a step that an override puts in another's place has its deck once, or none") {
+    const auto with = [](const std::string& setting) {
+        return parse_recipe(
+            wafer({"Si"}, "um", "min") + "[[step]]\nchemistry = \"bosch_etch\"\nduration = 0.01\n",
+            "set.toml", {setting});
+    };
+    const double once = rate_on(with("step[0].duration=0.01"), "Si");
+    CHECK(rate_on(with("step[0]={chemistry=\"bosch_etch\",duration=0.01}"), "Si") == Approx(once));
+    const Recipe plain = with("step[0]={model=\"isotropic\",rate=-1.0,duration=0.01}");
+    CHECK(rate_on(plain, "Si") == Approx(-1.0));
+    CHECK_THAT(fmt::format("{}", fmt::join(plain.notes, "\n")), !Contains("bosch_etch"));
+}
+
 TEST_CASE("a deck's lengths and times are converted into the recipe's") {
     const auto rates = [](const char* length, const char* time, const char* deck) {
         const Recipe recipe = parse_recipe(
@@ -237,8 +250,13 @@ TEST_CASE("a wrong deck is refused by its file and line, and an unknown one with
         "own.toml:2: chemistry.length_unit = \"ell\": must be one of nm, um");
     own("title = \"mine\"\nrange = { rate = 3 }\n[step]\nmodel = \"isotropic\"\n",
         "must be a list of 2 numbers");
+    own("title = \"mine\"\nrange = { rate = [3, 1] }\n[step]\nmodel = \"isotropic\"\n", "range.rate");
+    own("title = \"mine\"\nrange = 5\n[step]\nmodel = \"isotropic\"\n", "must be a table");
+    own("title = \"mine\"\n[step]\nmodel = \"isotropic\"\nchemistry = \"cl_si\"\n", "names no other");
+    refused("chemistry = \"../validation/page\"\n", "no chemistry has that name");
+    // A material under another word is the same material.
     std::ofstream(folder.path / "own.toml")
-        << "title = \"mine\"\ntime_unit = \"min\"\n[step]\nmodel = \"isotropic\"\nrate = -60.0\n";
+        << "title = \"mine\"\ntime_unit = \"min\"\n[step]\nmodel = \"isotropic\"\nrate = { silicon = -60.0 }\n";
     const Recipe recipe =
         parse_recipe(wafer({"Si"}, "um", "s") +
                          "[[step]]\nrepeat = 2\n[[step.steps]]\nchemistry = \"own.toml\"\nduration = 1.0\n",
