@@ -99,8 +99,9 @@ void measure(const Scene& raw, double sticking) {
     list.back().options.max_length_at = lengths;
     for (const auto& [name, options] : list) {
         std::optional<Scene> coarse;
-        const double begin =
-            bench::cpu_seconds_of([&] { coarse.emplace(name, simplified(raw, options), raw.spacing); });
+        const double begin = bench::cpu_seconds_of([&, &name = name, &options = options] {
+            coarse.emplace(name, simplified(raw, options), raw.spacing);
+        });
         const double to_noise =
             begin + bench::cpu_seconds_of([&] {
                 flux::trace_flux(coarse->mesh, coarse->scene, coarse->box, {"bench", 1.0, {sticking}}, {},
