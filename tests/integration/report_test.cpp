@@ -142,7 +142,7 @@ TEST_CASE(
              {"sweep", {"view", "response", "matrix", "table"}, 5},
              {"fit", {"view", "intervals", "correlation", "response", "table"}, 1},
              {"compare", {"table", "bars"}, 1},
-             {"study", {"markdown", "charts", "table"}, 7}}) {
+             {"study", {"markdown", "charts", "table"}, 5}}) {
         make("report " + kind + " -o " + kind + ".html");
         for (const char* size : {"", " --window-size=500,800"}) {
             const Json page = selftest(folder, kind + ".html", kDrawing + size);
