@@ -26,8 +26,24 @@ double value_beyond(const Vary& vary, double place) {
                     : vary.low + (vary.high - vary.low) * place;
 }
 
+// Keys of every direction that the targets leave open.
+Json free_keys(const FitEnd& end) {
+    constexpr double kPart = 0.3;
+    Json groups = Json::array();
+    for (const Eigen::VectorXd& direction : end.found.free_directions) {
+        Json keys = Json::array();
+        for (std::size_t k = 0; k < end.varied.size(); ++k)
+            if (std::abs(direction[static_cast<Eigen::Index>(k)]) >=
+                kPart * direction.lpNorm<Eigen::Infinity>())
+                keys.push_back(end.varied[k].key);
+        groups.push_back(std::move(keys));
+    }
+    return groups;
+}
+
 Json parameters_json(const FitEnd& end) {
     Json parameters = Json::object();
+    const Json free = free_keys(end);
     const Recipe& best = end.recipes.front().best_recipe;
     const std::vector<KeyDoc> keys = settable_keys(best);
     for (std::size_t k = 0; k < end.varied.size(); ++k) {
@@ -37,8 +53,12 @@ Json parameters_json(const FitEnd& end) {
         Json json{{"value", std::stod(value_at(vary, place))}, {"unit", unit_of_key(keys, best, vary.key)}};
         constexpr double kAtBound = 1e-6;
         const bool at_bound = place < kAtBound || place > 1.0 - kAtBound;
-        // At a bound the residuals are not least in this key, and the linear model gives no interval.
-        const bool bounded = half < kNoBound && !at_bound;
+        const bool is_free = std::ranges::any_of(
+            free, [&](const Json& keys) { return std::ranges::find(keys, Json(vary.key)) != keys.end(); });
+        // At a bound the residuals are not least in this key, and the linear model gives no interval; of keys
+        // that the targets do not tell apart it holds near the optimum alone, and not as far as their
+        // interval.
+        const bool bounded = half < kNoBound && !at_bound && !is_free;
         for (const double sign : {-1.0, 1.0})
             json["interval95"].push_back(
                 bounded ? number_or_null(value_beyond(vary, place + sign * half), kFitDigits) : Json());
@@ -101,21 +121,6 @@ void add_residuals(const FittedRecipe& fitted, const LeastSquaresResult& found, 
             json["noise"] = number_or_null(
                 rms(noise.segment(first - count, count)) * profile_scale(targets, k), kFewDigits);
     }
-}
-
-// Keys of every direction that the targets leave open.
-Json free_keys(const FitEnd& end) {
-    constexpr double kPart = 0.3;
-    Json groups = Json::array();
-    for (const Eigen::VectorXd& direction : end.found.free_directions) {
-        Json keys = Json::array();
-        for (std::size_t k = 0; k < end.varied.size(); ++k)
-            if (std::abs(direction[static_cast<Eigen::Index>(k)]) >=
-                kPart * direction.lpNorm<Eigen::Infinity>())
-                keys.push_back(end.varied[k].key);
-        groups.push_back(std::move(keys));
-    }
-    return groups;
 }
 
 // Rows of a contour's points between two places across the wafer, with an empty one where its line is broken.
