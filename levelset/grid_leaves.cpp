@@ -22,14 +22,13 @@ bool before(const Leaf* a, const Leaf* b) {
 }  // namespace
 
 surface::LateralGrid lateral_grid(const Domain& domain, std::span<const surface::CellColumn> columns) {
-    constexpr double kRounding = 1e-5;  // of a spacing: more than rounding makes of values in the band
     return {domain.min,
             domain.max,
             domain.cells,
             domain.spacing,
             columns,
             {domain.side[0] == Side::periodic, domain.side[1] == Side::periodic},
-            kRounding * domain.spacing};
+            kOnFront * domain.spacing};
 }
 
 GridLeaves::GridLeaves(const Grid& grid, const Domain& domain, const NodeValues& other)
