@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <memory>
@@ -55,8 +54,7 @@ void print_chemistry(const std::string& name) {
         names.push_back(deck.name);
     }
     if (!name.empty() && std::ranges::count(names, name) == 0)
-        throw RecipeError("models chemistry {}: none of that name{} There are {}", name,
-                          did_you_mean(": ", name, names, "."), fmt::join(names, ", "));
+        throw RecipeError("models chemistry {}: none of that name{}", name, deck_advice(name, names));
 }
 
 }  // namespace

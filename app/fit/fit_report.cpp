@@ -41,9 +41,9 @@ Json free_keys(const FitEnd& end) {
     return groups;
 }
 
-Json parameters_json(const FitEnd& end) {
+// \param free  from free_keys.
+Json parameters_json(const FitEnd& end, const Json& free) {
     Json parameters = Json::object();
-    const Json free = free_keys(end);
     const Recipe& best = end.recipes.front().best_recipe;
     const std::vector<KeyDoc> keys = settable_keys(best);
     for (std::size_t k = 0; k < end.varied.size(); ++k) {
@@ -175,7 +175,7 @@ Json fit_json(const FitEnd& end) {
         else
             json["best_runs"][fitted.label] = number;
     }
-    json["parameters"] = parameters_json(end);
+    json["parameters"] = parameters_json(end, json["not_identifiable"]);
     json["correlation"] = correlation_json(end);
     json["residuals"] = Json::object();
     Eigen::Index first = 0;

@@ -51,8 +51,8 @@ fs::path file_of_deck(const toml::node& node, const std::string& path, const std
     std::vector<std::string> names;
     for (const Deck& deck : shipped_decks()) names.push_back(deck.name);
     fail(node, path,
-         fmt::format("no chemistry has that name{} There are {}; a file of your own ends with .toml",
-                     did_you_mean(": ", text->get(), names, "."), fmt::join(names, ", ")));
+         fmt::format("no chemistry has that name{}; a file of your own ends with .toml",
+                     deck_advice(text->get(), names)));
 }
 
 // Moves what \p own lacks from \p deck. A table of one's own with a `default` replaces the deck's, as it does
@@ -295,6 +295,10 @@ std::vector<Deck> shipped_decks() {
         if (entry.path().extension() == ".toml") decks.push_back(read_deck(entry.path()));
     std::ranges::sort(decks, {}, &Deck::name);
     return decks;
+}
+
+std::string deck_advice(const std::string& name, const std::vector<std::string>& names) {
+    return fmt::format("{} There are {}", did_you_mean(": ", name, names, "."), fmt::join(names, ", "));
 }
 
 toml::table recipe_tables(std::string_view text, const std::string& file,

@@ -27,6 +27,9 @@ Deck read_deck(const std::filesystem::path& file);
 /// \throws as read_deck.
 std::vector<Deck> shipped_decks();
 
+/// What a message says after a name that no deck has: the one meant, if it is near, and all there are.
+std::string deck_advice(const std::string& name, const std::vector<std::string>& names);
+
 /// A recipe's tables as its steps are read: \p overrides applied, and the keys of the decks that steps name put in where the
 /// step has none of its own, in the recipe's units. Of numbers by material only those are taken that the recipe's
 /// wafer can have. Nodes from a deck know its file and line.

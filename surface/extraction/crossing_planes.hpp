@@ -15,8 +15,8 @@ class NodeReader {
     double operator()(openvdb::Coord node);
     /// LateralGrid::on_node in grid spacings.
     double on_node() const { return box_.on_node / box_.spacing; }
-    /// Whether a node lies inside. One on the surface (LateralGrid::on_node) lies where the point beside it does, whatever
-    /// rounding made of its value; the point's direction is along no plane through three neighbours.
+    /// Whether a node lies inside the material. One on the surface (LateralGrid::on_node) counts as the point a little beside it
+    /// does, so that rounding of its value does not decide.
     bool inside(const openvdb::Coord& node);
     /// The own node that a node repeats.
     openvdb::Coord source(openvdb::Coord node) const;
