@@ -289,8 +289,8 @@ void write_history(const fs::path& file, const Json& validation) {
                 (row[0] == version() && std::any_of(validation["cases"].begin(), validation["cases"].end(),
                                                     [&](const Json& one) { return one["name"] == row[1]; }));
             if (again) continue;
-            std::vector<std::string> fields;
-            for (const std::string& field : row) fields.push_back(csv_field(field));
+            std::vector<std::string> fields(row.size());
+            std::transform(row.begin(), row.end(), fields.begin(), csv_field);
             text += fmt::format("{}\n", fmt::join(fields, ","));
         }
     }

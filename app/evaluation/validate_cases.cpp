@@ -156,7 +156,7 @@ void require_attribute(const Recipe& recipe, const ReferenceFigure& figure) {
 }  // namespace
 
 fs::path shipped_cases() {
-    const fs::path folder = shipped_folder("configs/validation");
+    fs::path folder = shipped_folder("configs/validation");
     if (!folder.empty()) return folder;
     throw FileError(
         "no folder above the program holds share/sidewall/configs/validation or configs/validation: say with "
