@@ -99,7 +99,7 @@ void add_check_command(CLI::App& program) {
         fmt::print("{}# The grid: {} x {} cells of {:.10g} {}{}.\n{}{}", effective_recipe(recipe),
                    domain.cells[0], domain.cells[1], domain.spacing, recipe.domain.length_unit,
                    coarser_text(recipe, domain), values_by_material(recipe), blanket_table(recipe));
-        if (const std::string note = round_note(recipe); !note.empty()) fmt::print("# {}\n", note);
+        if (const std::string note = cheaper_form(recipe); !note.empty()) fmt::print("# {}\n", note);
         if (*quick) return;
         std::fflush(stdout);
         require_memory(recipe, domain);

@@ -12,6 +12,7 @@
 #include "app/common/processes.hpp"
 #include "app/common/text.hpp"
 #include "app/process/simulation.hpp"
+#include "app/recipe/notes.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -98,7 +99,11 @@ void add_run_command(CLI::App& program) {
         }
         options->title = std::filesystem::path(recipe->file).stem().string();
         options->resume_command = resume_command();
-        if (!options->quiet) options->warn = print_warning;
+        if (!options->quiet) {
+            options->warn = print_warning;
+            if (const std::string note = cheaper_form(parsed); !note.empty() && ranks().rank == 0)
+                print_warning(fmt::format("{}: note: {}", recipe->file, note));
+        }
         install_interrupt_handler();
         if (ranks().count > 1) share_run(*options, asked);
         const RunResult result = about(recipe->file, [&] {

@@ -13,6 +13,7 @@
 #include "app/recipe/step_materials.hpp"
 #include "app/recipe/step_model.hpp"
 #include "flux/radiosity/exchange.hpp"
+#include "surface/cut.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -125,6 +126,67 @@ void note_stops(const StepMaterials& here, const Recipe& recipe, std::vector<std
                                     step.stop_material));
 }
 
+// Whether steps and their patterns can be made on a wafer with another domain.
+template <class CanBe>
+bool steps_can_be(const Recipe& recipe, const DomainSection& domain, const CanBe& can_be) {
+    return std::ranges::all_of(expanded_steps(recipe), [&](const Step& step) {
+        if (find_model(step.model)->patterned && !can_be(step.pattern)) return false;
+        try {
+            make_model(step, recipe.materials, domain);
+        } catch (const RecipeError&) {
+            return false;
+        }
+        return true;
+    });
+}
+
+// Of a wafer that is the same at all y: what makes it a profile.
+std::string profile_note(const Recipe& recipe) {
+    DomainSection domain = recipe.domain;
+    domain.extent[1] = 0.0;
+    const auto runs_along_y = [&](const Layer& layer) {
+        try {
+            refuse_ends_along_y(layer, domain.grid_spacing);
+        } catch (const KeyError&) {
+            return false;
+        }
+        return true;
+    };
+    const bool across = surface::parse_plane(recipe.metrology.cut).normal.y() == 0.0;
+    if (across || !std::ranges::all_of(recipe.layers, runs_along_y) ||
+        !steps_can_be(recipe, domain, runs_along_y))
+        return {};
+    return fmt::format(
+        "All is the same along y: extent = [{:g}] in [domain] makes it a profile in x and z, one cell wide in place of "
+        "{}, and its volumes areas.",
+        domain.extent[0], domain_of(recipe).cells[1]);
+}
+
+// Of a wafer that is round about its middle: what makes it a profile in r and z.
+std::string round_note(const Recipe& recipe) {
+    DomainSection domain = recipe.domain;
+    const auto [shorter, longer] = std::minmax(domain.extent[0], domain.extent[1]);
+    constexpr double kSquare = 1.2;  // a cell that is longer has no round one in its place
+    if (longer > kSquare * shorter) return {};
+    const double widest = 0.5 * shorter;
+    domain.extent = {std::sqrt(domain.extent[0] * domain.extent[1] / std::numbers::pi), 0.0};
+    domain.symmetry = Symmetry::axial;
+    bool any = false;
+    const auto is_round = [&](const Layer& layer) {
+        const bool round = layer.shape == "hole" || layer.shape == "sphere" ||
+                           (layer.shape == "cylinder" && layer.axis == "z");
+        any = any || round;
+        return layer.position == std::array<double, 2>{} &&
+               ((round && layer.radius < widest) || layer.shape == "plane" || layer.shape == "stack");
+    };
+    if (!std::ranges::all_of(recipe.layers, is_round) || !steps_can_be(recipe, domain, is_round) || !any)
+        return {};
+    return fmt::format(
+        "All is round about the middle: extent = [{:.4g}] and symmetry = \"axial\" in [domain] make it a profile in r "
+        "and z, which costs a small part of it.",
+        domain.extent[0]);
+}
+
 }  // namespace
 
 std::vector<std::string> notes_on(const Recipe& recipe) {
@@ -141,36 +203,10 @@ std::vector<std::string> notes_on(const Recipe& recipe) {
     return notes;
 }
 
-std::string round_note(const Recipe& recipe) {
-    DomainSection domain = recipe.domain;
-    const auto [shorter, longer] = std::minmax(domain.extent[0], domain.extent[1]);
-    constexpr double kSquare = 1.2;  // a cell that is longer has no round one in its place
-    if (is_flat(domain) || !recipe.start.from.empty() || longer > kSquare * shorter) return {};
-    const double widest = 0.5 * shorter;
-    domain.extent = {std::sqrt(domain.extent[0] * domain.extent[1] / std::numbers::pi), 0.0};
-    domain.symmetry = Symmetry::axial;
-    bool any = false;
-    const auto is_round = [&](const Layer& layer) {
-        const bool round = layer.shape == "hole" || layer.shape == "sphere" ||
-                           (layer.shape == "cylinder" && layer.axis == "z");
-        any = any || round;
-        return layer.position == std::array<double, 2>{} &&
-               ((round && layer.radius < widest) || layer.shape == "plane" || layer.shape == "stack");
-    };
-    if (!std::ranges::all_of(recipe.layers, is_round)) return {};
-    for (const Step& step : expanded_steps(recipe)) {
-        if (find_model(step.model)->patterned && !is_round(step.pattern)) return {};
-        try {
-            make_model(step, recipe.materials, domain);
-        } catch (const RecipeError&) {  // it is not round
-            return {};
-        }
-    }
-    return any ? fmt::format(
-                     "All is round about the middle: extent = [{:.4g}] and symmetry = \"axial\" in [domain] make it a "
-                     "profile in r and z, which costs a small part of it.",
-                     domain.extent[0])
-               : "";
+std::string cheaper_form(const Recipe& recipe) {
+    if (is_flat(recipe.domain) || !recipe.start.from.empty()) return {};
+    const std::string profile = profile_note(recipe);
+    return profile.empty() ? round_note(recipe) : profile;
 }
 
 std::vector<std::string> idle_parts(const Recipe& recipe) {

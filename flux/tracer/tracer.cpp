@@ -117,7 +117,9 @@ class Tracer {
     std::pair<double, double> retire_reached(double target) {
         double nearest = 0.0, farthest = 0.0;
         std::erase_if(trace_.active, [&](std::size_t k) {
-            const double error = relative_error(tallies_[k].vertex_flux(area_per_ray(k)));
+            const double scale = area_per_ray(k);
+            const double error =
+                relative_error(tallies_[k].vertex_flux(scale), noisy_part(k).vertex_flux(scale));
             if (error <= target) return true;
             nearest = nearest > 0.0 ? std::min(nearest, error) : error;
             farthest = std::max(farthest, error);
@@ -153,21 +155,27 @@ class Tracer {
         result.rescued = counts_.flights.rescued;
         result.ledger = counts.ledger;
         result.redeposited = counts.redeposited;
-        result.relative_error = relative_error(result.vertex);
+        result.relative_error = relative_error(result.vertex, flux_of(noisy_part(k), scale).vertex);
         result.adjoint = trace_.adjoint;
         result.pass_species = static_cast<std::uint32_t>(counts_.species.size());
         result.pass_place = static_cast<std::uint32_t>(k);
         return result;
     }
 
-    // sum(area * standard error) / sum(area * flux) over vertices.
-    double relative_error(const FluxField& vertex) const {
+    // Arrivals whose number is uncertain: those after a reflection, where first ones are known by line of
+    // sight.
+    const Tally& noisy_part(std::size_t k) const {
+        return tallies_[trace_.reflected > 0 ? trace_.reflected : k];
+    }
+
+    // sum(area * standard error of \p noisy) / sum(area * flux) over vertices.
+    double relative_error(const FluxField& vertex, const FluxField& noisy) const {
         const Wedges& wedges = trace_.wedges;
         double error = 0.0, flux = 0.0;
         for (std::size_t v = 0; v < vertex.flux.size(); ++v) {
             double area = 0.0;
             for (std::uint32_t w = wedges.first[v]; w < wedges.first[v + 1]; ++w) area += wedges.area[w];
-            error += area * vertex.error[v];
+            error += area * noisy.error[v];
             flux += area * vertex.flux[v];
         }
         return flux > 0.0 ? error / flux : std::numeric_limits<double>::infinity();

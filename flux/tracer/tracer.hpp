@@ -76,13 +76,14 @@ struct FluxResult : TallyFlux {
     /// The parts of the arrivals and of each yield that are not of a particle's first hit; empty unless asked for.
     std::vector<TallyFlux> reflected;
     std::uint64_t emitted = 0, absorbed = 0, escaped = 0, leaked = 0;
-    std::uint64_t arrivals = 0;   ///< on the surface, absorbed or not, of whatever weight
-    std::uint64_t segments = 0;   ///< ray-scene intersections of the pass
-    std::uint64_t rescued = 0;    ///< its arrivals that rounding had put behind the surface, see fly
-    Ledger ledger, redeposited;   ///< of the species, and of what its hits sputter
-    double relative_error = 0.0;  ///< sum(area * standard error) / sum(area * flux) over vertices, of the
-                                  ///< arrivals; infinite without hits
-    bool adjoint = false;         ///< see TraceOptions
+    std::uint64_t arrivals = 0;  ///< on the surface, absorbed or not, of whatever weight
+    std::uint64_t segments = 0;  ///< ray-scene intersections of the pass
+    std::uint64_t rescued = 0;   ///< its arrivals that rounding had put behind the surface, see fly
+    Ledger ledger, redeposited;  ///< of the species, and of what its hits sputter
+    double relative_error =
+        0.0;               ///< sum(area * standard error) / sum(area * flux) over vertices, of the
+                           ///< arrivals, or of `reflected` where that is known apart; infinite without hits
+    bool adjoint = false;  ///< see TraceOptions
     double discretisation_error = 0.0;  ///< of RadiosityFlux, whose relative_error has it in it; 0 of paths
     double seconds = 0.0;               ///< wall time of the pass
     /// Species that the pass traced together, and this one's place among them: segments, rescued and seconds

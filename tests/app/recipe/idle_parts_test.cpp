@@ -83,3 +83,21 @@ TEST_CASE("a fill below the wafer and stops that nothing meets are noted") {
     CHECK_THAT(notes(kEtch + "rate = -0.5\nstop_material = \"W\"\n"),
                Contains("stop_material never ends the step"));
 }
+
+TEST_CASE("a wafer in space that is the same along y, or round, is told what would be cheaper") {
+    const auto note = [](const std::string& rest) {
+        return cheaper_form(parse_recipe(kIdleDomain + rest + kEtch + "rate = -0.1\n", "strip.toml"));
+    };
+    CHECK_THAT(note(""), Contains("extent = [2] in [domain] makes it a profile"));
+    CHECK_THAT(note("shape = \"trench\"\nwidth = 0.8\ndepth = 0.5\n"), Contains("in place of 4"));
+    CHECK(note("shape = \"box\"\nsize = [0.8, 0.2]\nheight = 0.5\n").empty());
+    CHECK(note("[metrology]\ncut = \"x=0\"\n").empty());
+    const std::string square =
+        "[domain]\nextent = [2.0, 2.0]\ngrid_spacing = 0.1\n[[layer]]\nmaterial = \"Si\"\nshape = \"hole\"\n"
+        "radius = 0.5\ndepth = 0.5\n" +
+        kEtch + "rate = -0.1\n";
+    CHECK_THAT(cheaper_form(parse_recipe(square, "round.toml")), Contains("symmetry = \"axial\""));
+    // What the notes ask for is taken.
+    const std::vector<std::string> flat = {"domain.extent=[2]"};
+    CHECK(cheaper_form(parse_recipe(kIdleDomain + kEtch + "rate = -0.1\n", "strip.toml", flat)).empty());
+}
