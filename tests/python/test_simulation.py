@@ -36,6 +36,12 @@ def test_a_recipe_reads_the_same_from_a_file_a_text_and_a_dict():
     assert of_file["step[0].model"] == "isotropic" and of_file["flux.accuracy"] == 0.01
 
 
+def test_notes_tell_of_a_stop_that_cannot_be_met():
+    etch = {"model": "isotropic", "duration": 1.0, "rate": -0.2}
+    assert not sidewall.Recipe(PLANE | {"step": [etch | {"stop_depth": 0.1}]}).notes
+    assert "stop_depth" in sidewall.Recipe(PLANE | {"step": [etch | {"stop_depth": 0.5}]}).notes[0]
+
+
 def test_items_are_checked_as_the_command_line_does():
     recipe = sidewall.Recipe(PLANE, {"domain.grid_spacing": 0.05})
     assert recipe["domain.grid_spacing"] == 0.05 and recipe["domain.extent"] == [1.0, 1.0]

@@ -155,7 +155,7 @@ TEST_CASE("what a recipe leaves out has the documented default", "[foreign]") {
     CHECK_FALSE(recipe.simplify.l0.has_value());
     CHECK(recipe.simplify.feature_parameter == 0.5);
     CHECK(recipe.advection.scheme == levelset::Scheme::weno3);
-    CHECK(recipe.advection.time_integration == levelset::TimeIntegration::euler);
+    CHECK(recipe.advection.time_integration == levelset::TimeIntegration::rk2);
     CHECK(recipe.advection.cfl == 0.5);
     CHECK(recipe.layers.at(0).top == 0.0);
     CHECK(*target_of<double>(model_keys(recipe.steps.at(0)), "source_exponent") == 1.0);
