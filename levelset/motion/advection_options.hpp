@@ -17,7 +17,7 @@ constexpr std::size_t stage_count(TimeIntegration scheme) {
 /// How the front is moved.
 struct AdvectionOptions {
     Scheme scheme = Scheme::weno3;
-    TimeIntegration time_integration = TimeIntegration::rk2;
+    TimeIntegration time_integration = TimeIntegration::euler;
     double cfl = 0.5;  ///< the front moves at most this fraction of a grid spacing a time step, in
                        ///< (0, 0.5]: beyond, the schemes are unstable
     bool operator==(const AdvectionOptions&) const = default;

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <fstream>
@@ -212,4 +214,30 @@ TEST_CASE("the directional etch of a hole has straight walls, its closed-form fl
     CHECK(wall / result.dx < 0.5);
     CHECK(floor / result.dx < 0.5);
     CHECK(mask / result.dx < 0.1);
+}
+
+TEST_CASE("the floor of a directional etch is flat up to its walls, wherever these lie on the grid") {
+    for (const double dx : {5.0, 2.5})
+        for (const double off : {0.0, 0.13, 0.4, 0.5}) {
+            const app::Recipe recipe = app::parse_recipe(
+                fmt::format(
+                    "[domain]\nextent = [200.0]\ngrid_spacing = {}\nlength_unit = \"nm\"\n"
+                    "boundary = \"reflective\"\n[[layer]]\nmaterial = \"Si\"\n[[layer]]\n"
+                    "material = \"Mask\"\nshape = \"trench\"\nthickness = 50.0\ndepth = 50.0\nwidth = {}\n"
+                    "[[step]]\nmodel = \"directional\"\nduration = 300.0\n"
+                    "directional = {{ Si = -1.0, Mask = 0.0 }}\n",
+                    dx, 100.0 + 2.0 * off * dx),
+                "floor.toml");
+            const test::Folder folder;
+            const app::RunResult result = app::run_recipe(recipe, {.output = folder.path, .quiet = true});
+            INFO("dx " << dx << ", walls " << off << " cells beside nodes");
+            int floor = 0;
+            for (const Vec3& p : result.surface.vertices) {
+                CHECK(p.z() > -300.0 - 0.1 * dx);  // in the last cell a corner is cut
+                if (std::abs(p.x()) > 50.0 + (off - 1.5) * dx) continue;
+                CHECK(std::abs(p.z() + 300.0) < 0.02 * dx);
+                ++floor;
+            }
+            CHECK(floor > 10);
+        }
 }

@@ -219,6 +219,9 @@ bool keeps_edges(const Model& model) {
     const auto by_angle = [](const flux::Yield& yield) {
         return yield.angular != flux::Angular::none && yield.angular != flux::Angular::cosine;
     };
+    const bool untraced_beam =
+        model.beam && model.hints.beam_speed;  // faces beside an edge move on as they are
+    if (untraced_beam) return true;
     return !model.depends_on_normal && std::ranges::none_of(model.species, [&](const flux::Species& species) {
         return std::ranges::any_of(species.yields, by_angle) ||
                (species.redeposition && by_angle(species.redeposition->yield));

@@ -155,7 +155,7 @@ TEST_CASE("what a recipe leaves out has the documented default", "[foreign]") {
     CHECK_FALSE(recipe.simplify.l0.has_value());
     CHECK(recipe.simplify.feature_parameter == 0.5);
     CHECK(recipe.advection.scheme == levelset::Scheme::weno3);
-    CHECK(recipe.advection.time_integration == levelset::TimeIntegration::rk2);
+    CHECK(recipe.advection.time_integration == levelset::TimeIntegration::euler);
     CHECK(recipe.advection.cfl == 0.5);
     CHECK(recipe.layers.at(0).top == 0.0);
     CHECK(*target_of<double>(model_keys(recipe.steps.at(0)), "source_exponent") == 1.0);
@@ -227,8 +227,8 @@ TEST_CASE("a wrong override is named in the message", "[foreign]") {
         INFO(setting);
         CHECK(of(setting).starts_with(std::string("--set ") + setting + ": "));
     }
-    CHECK(of("flux.stages=all").find("flux.stages = \"all\": needs advection.time_integration") !=
-          std::string::npos);
+    CHECK(message(kBase, {"flux.stages=all"})
+              .find("flux.stages = \"all\": needs advection.time_integration") != std::string::npos);
 }
 
 TEST_CASE("notes tell how the grid's spacing was rounded, and of beams that sides would mirror",
