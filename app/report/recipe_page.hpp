@@ -2,6 +2,7 @@
 #include <map>
 #include <string>
 
+#include "app/recipe/recipe.hpp"
 #include "app/report/parts.hpp"
 
 // Pages of recipes, and of runs beside each other.
