@@ -79,9 +79,10 @@ Page recipe_page(const Recipe& recipe, std::size_t bytes) {
     const std::string unit = shown_unit(recipe.domain.length_unit);
     page.fact("Grid",
               fmt::format("{} × {} cells of {:.6g} {}", own.cells[0], own.cells[1], own.spacing, unit));
-    if (shown.spacing > own.spacing)
-        view.section["note"] = fmt::format("Shown on a grid of {:.3g} {}; the recipe's is of {:.3g} {}.",
-                                           shown.spacing, unit, own.spacing, unit);
+    view.section["note"] = shown.spacing > own.spacing
+                               ? fmt::format("Shown on a grid of {:.3g} {}; the recipe's is of {:.3g} {}.",
+                                             shown.spacing, unit, own.spacing, unit)
+                               : "Shown on the recipe's own grid.";
     view.section["title"] = "The wafer at the start";
     page.sections.push_back(std::move(view.section));
     return page;

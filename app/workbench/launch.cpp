@@ -5,6 +5,7 @@
 #include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <array>
 #include <csignal>
 #include <cstring>
 #include <semaphore>
@@ -29,7 +30,15 @@ pid_t spawn(const std::vector<std::string>& words, const std::filesystem::path& 
     posix_spawnattr_t attributes;
     ::posix_spawn_file_actions_init(&actions);
     ::posix_spawnattr_init(&attributes);
-    ::posix_spawnattr_setflags(&attributes, flags);
+    // Signals stop it however those of this thread are: a library's threads may take none.
+    sigset_t none, stopping;
+    ::sigemptyset(&none);
+    ::sigemptyset(&stopping);
+    for (const int signal : {SIGINT, SIGTERM}) ::sigaddset(&stopping, signal);
+    ::posix_spawnattr_setsigmask(&attributes, &none);
+    ::posix_spawnattr_setsigdefault(&attributes, &stopping);
+    ::posix_spawnattr_setflags(&attributes,
+                               static_cast<short>(flags | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF));
     for (int k = 0; k < 3; ++k)
         ::posix_spawn_file_actions_adddup2(&actions, files[static_cast<std::size_t>(k)], k);
     ::posix_spawn_file_actions_addclosefrom_np(&actions, 3);

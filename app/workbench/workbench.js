@@ -180,6 +180,7 @@
   function redraw() {
     const copy = JSON.parse(JSON.stringify(state.page));
     try { Sidewall.overlay(copy, state.profiles); } catch (error) { say(error.message, true); }
+    if (copy.kind === "runs") copy.sections = copy.sections.filter((section) => section.type !== "table");  // it is above
     if (!state.pinned) copy.sections = copy.sections.filter((section) => section.type !== "view");
     draw(copy, true);
   }

@@ -32,10 +32,10 @@ sticking = 0.5
 deposit = "SiO2"
 
 [flux]
-rays = 20_000
+rays = 50_000
 
 [advection]
-cfl = 0.05
+cfl = 0.02
 
 [output]
 every = 0.05
@@ -200,22 +200,22 @@ def run_stop_resume(page, found):
     page.until(f"({state} || '').includes('stopped')")
     found["stopped"] = page.js(state)
     press(page, "Resume")
-    page.until(f"({state} || '').includes('finished')", 120)
+    page.until(f"({state} || '').includes('finished')", 300)
     page.until("document.querySelectorAll('.results figure').length > 5")
     found["charts"] = page.js("[...document.querySelectorAll('.results figcaption')].map((x) => x.textContent)")
 
 
 def compare(page, found):
-    put_cursor(page, duration_line(RECIPE), "duration = 0.5")
+    put_cursor(page, duration_line(RECIPE), "duration = 0.3")
     page.until("Sidewall.workbench.state.dirty")
     press(page, "Run")
-    page.until(f"{ROWS}.length === 2 && {ROWS}.every((r) => r.textContent.includes('finished'))", 120)
+    page.until(f"{ROWS}.length === 2 && {ROWS}.every((r) => r.textContent.includes('finished'))", 300)
     page.js("document.querySelectorAll('.runs input[type=checkbox]').forEach((box) => box.click())")
     press(page, "Compare")
     page.until("[...document.querySelectorAll('.results h2')].some((x) => x.textContent === 'Last profiles')")
     lines = "[...document.querySelectorAll('.results figure.shape .keys span')].map((x) => x.textContent)"
     found["compared"] = page.js(lines)
-    found["differs"] = page.js("[...document.querySelectorAll('.results .part-table th button')].map((x) => x.textContent)")
+    found["differs"] = page.js("[...document.querySelectorAll('.runs th')].map((x) => x.textContent)")
     # A measured profile is dropped on the page.
     csv = "x [nm],z [nm]\\n" + "\\n".join(f"{x},{100}" for x in range(-1000, -500, 100))
     page.js("(() => { const data = new DataTransfer(); data.items.add(new File(['" + csv + "'], 'measured.csv')); "

@@ -38,8 +38,11 @@ class Server:
 
 
 def rows(folder):
-    with open(f"{folder}/results/one/timeline.csv") as file:
-        return sum(1 for _ in file)
+    try:
+        with open(f"{folder}/results/one/timeline.csv") as file:
+            return sum(1 for _ in file)
+    except FileNotFoundError:  # it has just begun
+        return 0
 
 
 def main():

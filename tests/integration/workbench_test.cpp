@@ -17,7 +17,7 @@ using sidewall::test::run_program;
 
 Outcome run_script(const Folder& folder, const std::string& name) {
     return run_command(
-        folder.path, "timeout -k 5 400 /usr/bin/python3 '" SIDEWALL_SOURCE_DIR "/tests/integration/" + name +
+        folder.path, "timeout -k 5 800 /usr/bin/python3 '" SIDEWALL_SOURCE_DIR "/tests/integration/" + name +
                          "' '" SIDEWALL_PROGRAM "' '" + folder.path.string() + "' 2>&1");
 }
 
