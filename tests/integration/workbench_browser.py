@@ -46,6 +46,9 @@ measures = ["depth", "film"]
 """
 
 
+SMALL = RECIPE.replace("duration = 1.0", "duration = 0.3").replace("cfl = 0.02", "cfl = 0.5").replace("every = 0.05", "every = 0.3")
+
+
 class Browser:
     """A page of headless Chromium, by the DevTools protocol over a pair of pipes."""
 
@@ -205,6 +208,30 @@ def run_stop_resume(page, found):
     found["charts"] = page.js("[...document.querySelectorAll('.results figcaption')].map((x) => x.textContent)")
 
 
+def drop(page, name, text):
+    page.js(f"(() => {{ const data = new DataTransfer(); data.items.add(new File([{json.dumps(text)}], '{name}')); "
+            "document.body.dispatchEvent(new DragEvent('drop', { dataTransfer: data, bubbles: true, cancelable: true })); })()")
+
+
+def fit(page, found, folder):
+    """Fits the sticking to the profile that a run with sticking 0.5 left."""
+    page.until("Sidewall.workbench.open('small.toml').then(() => true)")
+    press(page, "Run")
+    page.until("Sidewall.workbench.state.runs.some((r) => r.path === 'results/small' && r.state === 'finished')", 300)
+    with open(f"{folder}/results/small/profile_0001.csv") as file:
+        drop(page, "wanted.csv", file.read())
+    page.until("[...document.querySelectorAll('.study option')].some((o) => o.value === 'wanted.csv')")
+    line = next(k for k, text in enumerate(SMALL.splitlines()) if text.startswith("sticking"))
+    put_cursor(page, line, "sticking = 0.35")
+    page.js("document.querySelector('.study').open = true; "
+            "document.querySelector('.study select').value = 'wanted.csv'")
+    page.js("[...document.querySelectorAll('.study button')].find((b) => b.textContent === 'Fit').click()")
+    page.until("Sidewall.workbench.state.runs.some((r) => r.path === 'results/small-fit' && r.state === 'finished')", 300)
+    page.until("document.querySelectorAll('.results .interval').length === 1")
+    found["fitted"] = page.js("[document.querySelector('.interval code').textContent, "
+                              "Number(document.querySelector('.interval b').textContent)]")
+
+
 def compare(page, found):
     put_cursor(page, duration_line(RECIPE), "duration = 0.3")
     page.until("Sidewall.workbench.state.dirty")
@@ -217,9 +244,7 @@ def compare(page, found):
     found["compared"] = page.js(lines)
     found["differs"] = page.js("[...document.querySelectorAll('.runs th')].map((x) => x.textContent)")
     # A measured profile is dropped on the page.
-    csv = "x [nm],z [nm]\\n" + "\\n".join(f"{x},{100}" for x in range(-1000, -500, 100))
-    page.js("(() => { const data = new DataTransfer(); data.items.add(new File(['" + csv + "'], 'measured.csv')); "
-            "document.body.dispatchEvent(new DragEvent('drop', { dataTransfer: data, bubbles: true, cancelable: true })); })()")
+    drop(page, "measured.csv", "x [nm],z [nm]\n" + "".join(f"{x},100\n" for x in range(-1000, -500, 100)))
     page.until(f"{lines}.includes('measured.csv')")
     found["dots"] = page.js("document.querySelectorAll('.results figure.shape .series circle').length")
 
@@ -231,6 +256,8 @@ def main():
         return 77
     with open(f"{folder}/trench.toml", "w") as file:
         file.write(RECIPE)
+    with open(f"{folder}/small.toml", "w") as file:
+        file.write(SMALL)
     server = subprocess.Popen([program, "open", f"{folder}/trench.toml", "--no-browser"], stdout=subprocess.PIPE, text=True)
     page = None
     try:
@@ -247,6 +274,7 @@ def main():
         edit(page, found)
         run_stop_resume(page, found)
         compare(page, found)
+        fit(page, found, folder)
         found["address_bar"] = page.js("location.href")
         found["width"] = page.js("[document.documentElement.scrollWidth, innerWidth]")
         found["elsewhere"] = page.js("performance.getEntriesByType('resource').map((x) => x.name)"

@@ -44,8 +44,9 @@ cfl = 0.02
 
 }  // namespace
 
-TEST_CASE("in a browser the workbench names a mistake, draws the wafer, runs, stops, resumes and compares",
-          "[slow]") {
+TEST_CASE(
+    "in a browser the workbench names a mistake, draws the wafer, runs, stops, resumes, compares and fits",
+    "[slow]") {
     const Folder folder;
     const Outcome outcome = run_script(folder, "workbench_browser.py");
     if (outcome.exit_code == 77) {
@@ -67,6 +68,8 @@ TEST_CASE("in a browser the workbench names a mistake, draws the wafer, runs, st
     CHECK(holds(page["compared"], "results/trench-2"));
     CHECK(holds(page["differs"], "step[0].duration"));
     CHECK(page["dots"] >= 5);
+    CHECK(page["fitted"][0] == "step[0].sticking");
+    CHECK(page["fitted"][1] == Approx(0.5).margin(0.05));  // in the recipe that made the profile
     CHECK(page["address_bar"].get<std::string>().find("key") == std::string::npos);
     CHECK(page["width"][0] <= page["width"][1]);
     CHECK(page["elsewhere"].empty());
