@@ -75,34 +75,49 @@
     if (below) results.replaceChildren(...page.notes.map((note) => el("p", { class: "warning" }, note)), ...rest);
   }
 
-  // Checks and draws the recipe as it stands; an answer that is late is dropped.
+  // Work of which one at a time is asked for: what comes meanwhile is done once more at its end.
+  const latest = (work) => {
+    let busy = null, again = false;
+    const go = () => {
+      again = Boolean(busy);
+      return busy || (busy = work().finally(() => {
+        busy = null;
+        if (again) tried(go());
+      }));
+    };
+    return go;
+  };
+
+  // Checks and draws the recipe as it stands; an answer on an earlier text is dropped.
   let typing = 0;
   const changed = () => {
     state.dirty = true;
     state.pinned = false;
+    ++state.round;
     refreshBar();
     clearTimeout(typing);
     typing = setTimeout(() => tried(check()), kTyping);
   };
-  async function check() {
-    const round = ++state.round, asked = { path: state.path, text: editor.text };
-    const page = await post("/api/preview", asked);
+  const check = latest(async () => {
+    const { round } = state, page = await post("/api/preview", { path: state.path, text: editor.text });
     if (round !== state.round) return;
     editor.mark(page.problem ? page : null);
-    if (page.problem) { findings.textContent = ""; return; }
+    findings.textContent = "";
+    if (page.problem) return;
     if (!state.pinned) draw(page, false);
-    await new Promise((done) => setTimeout(done, kResting));
-    if (round !== state.round) return;
+    setTimeout(() => round === state.round && tried(estimate()), kResting);
+  });
+  const estimate = latest(async () => {
     findings.textContent = "Estimating what a run takes ...";
-    const found = await post("/api/check", asked);
-    if (round !== state.round) return;
-    findings.textContent = found.problem || found.text;
-  }
+    const { round } = state, found = await post("/api/check", { path: state.path, text: editor.text });
+    if (round === state.round) findings.textContent = found.problem || found.text;
+  });
 
   // Recipes.
   async function open(path, shipped) {
     const found = await get(shipped ? `/api/text?shipped=${encodeURIComponent(shipped)}` : `/api/text?path=${encodeURIComponent(path)}`);
     Object.assign(state, { path, digest: found.digest, dirty: Boolean(shipped), pinned: false });
+    ++state.round;
     editor.text = found.text;
     document.title = `${path} (Sidewall)`;
     refreshBar();
