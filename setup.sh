@@ -8,7 +8,7 @@ PACKAGES=(
     g++ cmake ninja-build
     libopenvdb-dev libboost-dev libboost-iostreams-dev libembree-dev libcgal-dev libtbb-dev libeigen3-dev
     librandom123-dev libtomlplusplus-dev libcli11-dev libfmt-dev nlohmann-json3-dev
-    libpng-dev zlib1g-dev libexpat1-dev libmuparser-dev libnlopt-cxx-dev libpolyclipping-dev libjs-three catch2
+    libpng-dev zlib1g-dev libexpat1-dev libmuparser-dev libnlopt-cxx-dev libpolyclipping-dev libjs-three libjs-codemirror catch2
 )
 
 PYTHON_PACKAGES=(pybind11-dev python3-dev)

@@ -94,7 +94,8 @@ void add_check_command(CLI::App& program) {
         "Skip the first time steps (a second or two) that estimate time steps, rays, memory and wall time, and the check of "
         "this machine's memory");
     command.callback([options, quick] {
-        const Recipe recipe = read_recipe(*options);
+        const Recipe recipe = recipe_of(*options);
+        print_notes(recipe, recipe.file);
         const levelset::Domain domain = domain_of(recipe);
         fmt::print("{}# The grid: {} x {} cells of {:.10g} {}{}.\n{}{}", effective_recipe(recipe),
                    domain.cells[0], domain.cells[1], domain.spacing, recipe.domain.length_unit,

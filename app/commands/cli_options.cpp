@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iostream>
 #include <iterator>
 
 #include "app/common/console.hpp"
@@ -62,12 +63,22 @@ std::shared_ptr<RecipeOptions> add_recipe_options(CLI::App& command) {
     return options;
 }
 
+Recipe recipe_of(const RecipeOptions& options) {
+    if (options.file != "-") return load_recipe(options.file, options.overrides);
+    const std::string text{std::istreambuf_iterator<char>(std::cin), {}};
+    return parse_recipe(text, "recipe", options.overrides);
+}
+
 Recipe read_recipe(const RecipeOptions& options) {
     Recipe recipe = load_recipe(options.file, options.overrides);
+    print_notes(recipe, options.file);
+    return recipe;
+}
+
+void print_notes(const Recipe& recipe, const std::string& file) {
     std::vector<std::string> notes = notes_on(recipe);
     std::ranges::move(unmet_stops(recipe), std::back_inserter(notes));
-    for (const std::string& note : notes) print_warning(fmt::format("{}: note: {}", options.file, note));
-    return recipe;
+    for (const std::string& note : notes) print_warning(fmt::format("{}: note: {}", file, note));
 }
 
 fs::path default_output(const std::string& recipe_file, const std::vector<std::string>& overrides) {

@@ -80,8 +80,15 @@ struct RecipeOptions {
 /// Adds the positional RECIPE and `--set key=value` to a subcommand.
 std::shared_ptr<RecipeOptions> add_recipe_options(CLI::App& command);
 
-/// Reads the recipe with its changes; prints notes on it to standard error.
+/// The recipe in a file with its changes, or on standard input where the file is `-`; files that it names are then sought in the
+/// working folder.
+Recipe recipe_of(const RecipeOptions& options);
+
+/// Reads the recipe of a file with its changes; prints notes on it to standard error.
 Recipe read_recipe(const RecipeOptions& options);
+
+/// Prints notes on a recipe to standard error, after the name of its file.
+void print_notes(const Recipe& recipe, const std::string& file);
 
 /// Folder of results without -o: results/<recipe's name>, then the changes that --set makes, each after a comma, so that
 /// trials of one recipe do not ask to be overwritten: results/trench,step.etch.duration=2.

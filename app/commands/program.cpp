@@ -43,6 +43,7 @@ void add_inspect_command(CLI::App& program);
 void add_render_command(CLI::App& program);
 void add_report_command(CLI::App& program);
 void add_export_command(CLI::App& program);
+void add_open_command(CLI::App& program);
 void add_completion_command(CLI::App& program);
 void add_man_command(CLI::App& program);
 
@@ -125,7 +126,7 @@ int run(int argc, char** argv) {
     for (const auto add :
          {add_run_command, add_check_command, add_models_command, add_compare_command, add_study_command,
           add_validate_command, add_sweep_command, add_fit_command, add_simplify_command, add_flux_command,
-          add_inspect_command, add_render_command, add_report_command, add_export_command})
+          add_inspect_command, add_render_command, add_report_command, add_export_command, add_open_command})
         add(program);
     for (CLI::App* command : program.get_subcommands({})) add_threads_option(*command);
     add_completion_command(program);

@@ -9,14 +9,37 @@
 namespace sidewall::app {
 namespace {
 
-void report(const std::string& folder, const std::string& output, const WaferChoice& choice) {
-    if (!output.ends_with(".html") && !output.ends_with(".htm"))
-        throw RecipeError("-o {}: must end in .html", output);
-    std::optional<SavedSurface> only;
-    if (choice.named()) only = saved_choice(folder, choice);
-    const Report page = make_report(folder, only);
-    write_file(output, page.html);
-    print_plain("{}: page of a {}, {:.1f} MB", output, page.kind,
+struct ReportOptions {
+    std::vector<std::string> inputs;
+    std::string output, json;
+    WaferChoice choice;
+    bool last = false;
+};
+
+Report report_of(const ReportOptions& options) {
+    const std::string& first = options.inputs.front();
+    const bool recipe = first == "-" || first.ends_with(".toml"), one = options.inputs.size() == 1;
+    if ((recipe || !one) && (options.choice.named() || options.last))
+        throw RecipeError("{}: --step, --time and --last choose among the surfaces of one run", first);
+    if (recipe && !one) throw RecipeError("{}: a recipe is reported alone", first);
+    if (recipe) return about(first, [&] { return make_report(recipe_of({first, {}})); });
+    if (!one) return make_report(std::vector<fs::path>(options.inputs.begin(), options.inputs.end()));
+    if (options.choice.named()) return make_report(first, saved_choice(first, options.choice));
+    if (options.last && is_there(fs::path(first) / "surface.pvd"))
+        return make_report(first, saved_surfaces(first).back());
+    return make_report(first);
+}
+
+void report(const ReportOptions& options) {
+    if (options.output.empty() == options.json.empty())
+        throw RecipeError("report: give -o FILE.html or --json FILE, one of them");
+    if (options.json.empty() && !options.output.ends_with(".html") && !options.output.ends_with(".htm"))
+        throw RecipeError("-o {}: must end in .html", options.output);
+    const Report page = report_of(options);
+    if (options.json == "-") return print_plain("{}\n", page.data);
+    write_file(options.output + options.json, options.json.empty() ? page.html : page.data);
+    if (!options.json.empty()) return;
+    print_plain("{}: page of a {}, {:.1f} MB", options.output, page.kind,
                 static_cast<double>(page.html.size()) * 1e-6);
     if (page.surfaces > 0) print_plain(", {} surfaces", page.surfaces);
     print_plain("; open it in a browser\n");
@@ -27,18 +50,24 @@ void report(const std::string& folder, const std::string& output, const WaferCho
 void add_report_command(CLI::App& program) {
     CLI::App& command = *program.add_subcommand(
         "report",
-        "Put a folder of results on one page that opens in any browser, offline: 3-D view, charts, tables, recipe");
-    auto folder = std::make_shared<std::string>(), output = std::make_shared<std::string>();
-    add_option(command, "input", *folder, "DIR",
-               "Folder that `run`, `sweep`, `fit`, `compare`, `study` or `validate` wrote, finished or not",
-               {.required = true});
+        "Put a folder of results on one page that opens in any browser, offline: 3-D view, charts, tables, recipe; several runs "
+        "side by side; or the wafer that a recipe begins with");
+    const auto options = std::make_shared<ReportOptions>();
     add_option(
-        command, "-o,--output", *output, "FILE.html",
-        "Page to write, at most 6 MB: surfaces are coarsened to fit in, by a bound that the page states",
+        command, "input", options->inputs, "DIR|FILE",
+        "Folder that `run`, `sweep`, `fit`, `compare`, `study` or `validate` wrote, finished or not; folders of several "
+        "runs; or a recipe, - for one on standard input",
         {.required = true});
-    auto choice = std::make_shared<WaferChoice>();
-    add_choice_options(command, *choice);
-    command.callback([folder, output, choice] { report(*folder, *output, *choice); });
+    add_option(
+        command, "-o,--output", options->output, "FILE.html",
+        "Page to write, at most 6 MB: surfaces are coarsened to fit in, by a bound that the page states");
+    add_option(command, "--json", options->json, "FILE",
+               "Write what the page would show as JSON instead; - for standard output");
+    const auto [step, time] = add_choice_options(command, options->choice);
+    command.add_flag("--last", options->last, "Of a run: the surface saved last alone")
+        ->excludes(step)
+        ->excludes(time);
+    command.callback([options] { report(*options); });
 }
 
 }  // namespace sidewall::app

@@ -4,11 +4,7 @@
 
 #include <string_view>
 
-// Puts a file into the program, so that nothing else is installed: sidewall_NAME to sidewall_NAME_end.
-#define SIDEWALL_EMBED(name, path)                                                                \
-    __asm__(".section .rodata\n.global sidewall_" #name "\nsidewall_" #name ":\n.incbin \"" path  \
-            "\"\n.global sidewall_" #name "_end\nsidewall_" #name "_end:\n.byte 0\n.previous\n"); \
-    extern "C" const char sidewall_##name[], sidewall_##name##_end[]
+#include "app/report/embed.hpp"
 
 SIDEWALL_EMBED(three, SIDEWALL_THREE_JS);
 SIDEWALL_EMBED(orbit, SIDEWALL_ORBIT_CONTROLS_JS);
@@ -23,10 +19,6 @@ SIDEWALL_EMBED(page, SIDEWALL_REPORT_DIR "/page.js");
 
 namespace sidewall::app {
 namespace {
-
-std::string_view embedded(const char* begin, const char* end) {
-    return {begin, static_cast<std::size_t>(end - begin)};
-}
 
 // The notice that the licence of three.js and its orbit controls asks copies to carry.
 constexpr std::string_view kThreeLicence = R"(/*! three.js r111, https://threejs.org, under the MIT License:
@@ -47,16 +39,16 @@ constexpr std::string_view kPolicy =
 
 }  // namespace
 
-std::string page_html(const std::string& title, const std::string& data) {
+std::string page_html(const std::string& title, const std::string& data, const PageParts& more) {
     std::string html = fmt::format(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-        "<meta http-equiv=\"Content-Security-Policy\" content=\"{}\">\n"
+        "<meta http-equiv=\"Content-Security-Policy\" content=\"{}{}\">\n"
         "<meta name=\"referrer\" content=\"no-referrer\">\n<link rel=\"icon\" href=\"data:,\">\n"
-        "<title>{}</title>\n<style>\n{}</style>\n</head>\n<body>\n"
+        "<title>{}</title>\n<style>\n{}{}</style>\n</head>\n<body>\n"
         "<noscript>This page draws its charts and tables with its own script: allow scripts for this file.</noscript>\n"
         "<main id=\"page\"></main>\n<script type=\"application/json\" id=\"data\">",
-        kPolicy, title, embedded(sidewall_style, sidewall_style_end));
+        kPolicy, more.policy, title, embedded(sidewall_style, sidewall_style_end), more.style);
     html += data;
     html += "</script>\n";
     html += fmt::format("<script>\n{}{}\n{}</script>\n", kThreeLicence,
@@ -68,6 +60,7 @@ std::string page_html(const std::string& title, const std::string& data) {
           embedded(sidewall_viewer, sidewall_viewer_end), embedded(sidewall_panel, sidewall_panel_end),
           embedded(sidewall_page, sidewall_page_end)})
         html += fmt::format("<script>\n{}</script>\n", text);
+    for (const std::string_view text : more.scripts) html += fmt::format("<script>\n{}</script>\n", text);
     return html + "</body>\n</html>\n";
 }
 

@@ -3,27 +3,30 @@
 (() => {
   const { el } = Sidewall;
   const data = JSON.parse(document.getElementById("data").textContent);
-  const table = data.sections.find((section) => section.source);
-  const rows = table ? table.rows : [];
 
   const charts = (section) => el("div", { class: section.wide ? "charts wide" : "charts" },
                                  ...section.charts.map(Sidewall.lineChart));
-  const draw = {
+  const draw = (rows) => ({
     view: Sidewall.view, charts, bars: Sidewall.bars, table: Sidewall.table, recipe: Sidewall.recipe,
     markdown: Sidewall.markdown, intervals: Sidewall.intervals, correlation: Sidewall.correlation,
     response: (s) => Sidewall.response(s, rows),
     contour: (s) => Sidewall.contours(s, rows),
     matrix: (s) => Sidewall.scatterMatrix(s, rows),
+  });
+
+  // A section's element by its type; others draw from the rows of the page's table.
+  Sidewall.sectionsOf = (page) => {
+    const table = page.sections.find((section) => section.source);
+    const drawing = draw(table ? table.rows : []);
+    return page.sections.map((section, k) =>
+      el("section", { id: `part-${k}`, class: `part-${section.type}` }, el("h2", {}, section.title || "Results"),
+         drawing[section.type](section),
+         section.note && !["view", "recipe"].includes(section.type) ? el("p", { class: "note" }, section.note) : ""));
   };
 
   function build(root) {
-    const links = el("nav", { "aria-label": "sections" }), parts = [];
-    data.sections.forEach((section, k) => {
-      const title = section.title || "Results", id = `part-${k}`;
-      links.append(el("a", { href: `#${id}` }, title));
-      parts.push(el("section", { id, class: `part-${section.type}` }, el("h2", {}, title), draw[section.type](section),
-                    section.note && !["view", "recipe"].includes(section.type) ? el("p", { class: "note" }, section.note) : ""));
-    });
+    const links = el("nav", { "aria-label": "sections" }), parts = Sidewall.sectionsOf(data);
+    data.sections.forEach((section, k) => links.append(el("a", { href: `#part-${k}` }, section.title || "Results")));
     root.append(
       el("header", {}, el("div", { class: "kind" }, data.kind), el("h1", {}, data.title),
          ...data.notes.map((note) => el("p", { class: "warning" }, note)),
@@ -33,6 +36,7 @@
     if (Sidewall.viewer) Sidewall.viewer.begin();
   }
 
+  if (!data.sections) return;
   document.title = `${data.title} (${data.kind})`;
   build(document.getElementById("page"));
 })();

@@ -10,6 +10,7 @@
 #include "app/common/version.hpp"
 #include "app/report/assets.hpp"
 #include "app/report/parts.hpp"
+#include "app/report/recipe_page.hpp"
 #include "surface/files/vtk_writer.hpp"
 
 namespace sidewall::app {
@@ -57,40 +58,55 @@ std::string script_json(const Json& json) {
     return boost::replace_all_copy(json.dump(-1, ' ', false, Json::error_handler_t::replace), "<", "\\u003c");
 }
 
-std::string html_of(const Page& page) {
+Report report_of(const Page& page) {
     const Json data{{"kind", page.kind},   {"title", page.title},       {"version", version()},
                     {"facts", page.facts}, {"notes", Json(page.notes)}, {"sections", page.sections}};
-    return page_html(surface::xml_escape(fmt::format("{}: {}", page.kind, page.title)), script_json(data));
+    Report report{.kind = page.kind, .html{}, .data = script_json(data), .surfaces = page.surfaces};
+    report.html = page_html(surface::xml_escape(fmt::format("{}: {}", page.kind, page.title)), report.data);
+    return report;
 }
 
-Report report_within(const fs::path& folder, std::size_t bytes, const std::optional<SavedSurface>& only) {
-    const Page page = page_of(folder, bytes, only);
-    return {.kind = page.kind, .html = html_of(page), .surfaces = page.surfaces};
-}
-
-}  // namespace
-
-Report make_report(const fs::path& folder, const std::optional<SavedSurface>& only) {
-    if (!is_there(folder)) throw FileError("{}: no such folder: check the path", folder.string());
-    std::error_code failure;
-    if (!fs::is_directory(folder, failure))
-        throw FileError("{}: is a file: name the folder of results that holds it", folder.string());
+// \p page makes the page whose view has so many bytes; \p name is for messages.
+template <class MakePage>
+Report fitting_report(const std::string& name, const MakePage& page) {
     try {
-        Report report = report_within(folder, view_bytes(), only);
+        Report report = report_of(page(view_bytes()));
         // Texts and tables may take more than expected: then the view gets less.
         if (const std::size_t size = report.html.size(); size > kMostPageBytes)
-            report =
-                report_within(folder, view_bytes() - std::min(view_bytes(), size - kMostPageBytes), only);
+            report = report_of(page(view_bytes() - std::min(view_bytes(), size - kMostPageBytes)));
         if (report.html.size() > kMostPageBytes)
-            throw FileError("{}: its page would take {} bytes, over {}: report one of its runs",
-                            folder.string(), report.html.size(), kMostPageBytes);
+            throw FileError("{}: its page would take {} bytes, over {}: report one of its runs", name,
+                            report.html.size(), kMostPageBytes);
         return report;
     } catch (const nlohmann::json::exception& error) {
         throw FileError(
             "{}: its JSON is not what this program writes ({}): it is damaged or of another "
             "version; make the results again",
-            folder.string(), error.what());
+            name, error.what());
     }
+}
+
+void require_folder(const fs::path& folder) {
+    if (!is_there(folder)) throw FileError("{}: no such folder: check the path", folder.string());
+    std::error_code failure;
+    if (!fs::is_directory(folder, failure))
+        throw FileError("{}: is a file: name the folder of results that holds it", folder.string());
+}
+
+}  // namespace
+
+Report make_report(const fs::path& folder, const std::optional<SavedSurface>& only) {
+    require_folder(folder);
+    return fitting_report(folder.string(), [&](std::size_t bytes) { return page_of(folder, bytes, only); });
+}
+
+Report make_report(const std::vector<fs::path>& runs) {
+    for (const fs::path& run : runs) require_folder(run);
+    return fitting_report(runs.front().string(), [&](std::size_t bytes) { return runs_page(runs, bytes); });
+}
+
+Report make_report(const Recipe& recipe) {
+    return fitting_report(recipe.file, [&](std::size_t bytes) { return recipe_page(recipe, bytes); });
 }
 
 }  // namespace sidewall::app

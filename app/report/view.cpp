@@ -69,11 +69,15 @@ std::string digest_of(const TriangleMesh& mesh) {
     return digest(bytes(mesh.vertices)) + digest(bytes(mesh.triangles));
 }
 
+Result result_of(const ViewFrame& frame) {
+    return frame.wafer ? *frame.wafer : read_saved(frame.folder, frame.saved);
+}
+
 // Names of scalar attributes, rates and fluxes first, as only so many fit.
 std::vector<std::string> attributes_of(const std::vector<ViewFrame>& frames) {
     std::vector<std::string> names;
     for (const ViewFrame& frame : {frames.front(), frames[frames.size() / 2], frames.back()}) {
-        const TriangleMesh mesh = surface::read_mesh(frame.saved.file);
+        const TriangleMesh mesh = frame.wafer ? frame.wafer->surface : surface::read_mesh(frame.saved.file);
         for (const char* start : {"rate", "flux_", "coverage_", ""})
             for (const Attribute& a : mesh.triangle_attributes)
                 if (a.components == 1 && a.name != "material" && a.name.starts_with(start) &&
@@ -107,7 +111,7 @@ int most_frequent_material(const TriangleMesh& mesh) {
 
 Frame read_frame(const ViewFrame& source, const ViewDetail& detail, const std::vector<surface::Plane>& planes,
                  Scene& scene, std::mutex& lock) {
-    const Result result = read_saved(source.folder, source.saved);
+    const Result result = result_of(source);
     const double cell = cell_size(result.surface);
     Frame frame{.surface = view_mesh(result.surface, scene.attributes, detail, cell),
                 .box = bounding_box(result.surface),
@@ -282,7 +286,10 @@ View make_view(std::vector<ViewFrame> frames, const std::vector<surface::Plane>&
     const std::size_t saved = frames.size();
     frames = thinned(std::move(frames), kMostFrames);
     Scene scene{.attributes = attributes_of(frames)};
-    surface::read_mesh(frames.back().saved.file, &scene.metadata);
+    if (frames.back().wafer)
+        scene.metadata = frames.back().wafer->metadata;
+    else
+        surface::read_mesh(frames.back().saved.file, &scene.metadata);
     // Profiles take a part of the bytes, too.
     const std::size_t most =
         bytes - std::min(bytes, 4000 * planes.size() * std::min(frames.size(), kMostLines));

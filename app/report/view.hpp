@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,7 @@ struct ViewFrame {
     std::string label;             ///< e.g. "t = 2 s", or a run's number and keys
     std::filesystem::path folder;  ///< of the run
     SavedSurface saved;
+    std::shared_ptr<const Result> wafer = {};  ///< shown instead of a saved one, if there is any
 };
 
 /// The 3-D view's section, and profiles of the surfaces as saved.

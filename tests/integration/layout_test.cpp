@@ -29,9 +29,9 @@ const std::map<std::string, std::vector<std::string>> kLibraries = {
 };
 
 // The rooms of app/: each may include those to its left.
-const std::vector<std::string> kRooms = {"common",   "schema",     "models",  "recipe",   "results",
-                                         "process",  "pictures",   "devices", "sweep",    "fit",
-                                         "accuracy", "evaluation", "report",  "commands", "python"};
+const std::vector<std::string> kRooms = {
+    "common", "schema", "models",   "recipe",     "results", "process",   "pictures", "devices",
+    "sweep",  "fit",    "accuracy", "evaluation", "report",  "workbench", "commands", "python"};
 
 struct Include {
     std::string from, to;  // paths from the root

@@ -130,6 +130,25 @@ TriangleMesh interface_mesh(TriangleMesh mesh, int material) {
     return mesh;
 }
 
+Result wafer_result(const Recipe& recipe, const levelset::MaterialStack& stack, double time) {
+    Result result;
+    result.metadata = metadata_of(recipe, time);
+    // Where materials meet, extract_materials would extract the plain surface anew.
+    const auto edges = stack.layers.size() > 1 ? surface::SharpEdges::none : surface::SharpEdges::all;
+    levelset::StackMeshes meshes =
+        levelset::extract_materials(stack, levelset::extract_surface(stack, edges));
+    std::vector<double> material;
+    material.reserve(meshes.surface.layer.size());
+    for (const std::size_t layer : meshes.surface.layer) material.push_back(stack.layers[layer].material);
+    result.surface = std::move(meshes.surface.mesh);
+    result.surface.triangle_attributes.push_back(material_attribute(std::move(material)));
+    for (std::size_t k = 0; k < meshes.interfaces.size(); ++k)
+        if (!meshes.interfaces[k].triangles.empty())
+            result.interfaces.push_back(
+                interface_mesh(std::move(meshes.interfaces[k]), stack.layers[k].material));
+    return result;
+}
+
 std::optional<Result> wafer_of_checkpoint(const fs::path& folder) {
     if (!is_there(folder / "checkpoint.vdb")) return std::nullopt;
     const Recipe recipe = load_frame(folder / "recipe.toml");
@@ -138,24 +157,9 @@ std::optional<Result> wafer_of_checkpoint(const fs::path& folder) {
     if (is_there(folder / "surface.pvd"))
         for (const SavedSurface& saved : saved_surfaces(folder))
             if (saved.number >= state.saved) return std::nullopt;  // after the checkpoint
-    Result result;
+    Result result = wafer_result(recipe, state.stack, state.process_time());
     result.source = folder / "checkpoint.vdb";
     result.folder = folder;
-    result.metadata = metadata_of(recipe, state.process_time());
-    // Where materials meet, extract_materials would extract the plain surface anew.
-    const auto edges = state.stack.layers.size() > 1 ? surface::SharpEdges::none : surface::SharpEdges::all;
-    levelset::StackMeshes meshes =
-        levelset::extract_materials(state.stack, levelset::extract_surface(state.stack, edges));
-    std::vector<double> material;
-    material.reserve(meshes.surface.layer.size());
-    for (const std::size_t layer : meshes.surface.layer)
-        material.push_back(state.stack.layers[layer].material);
-    result.surface = std::move(meshes.surface.mesh);
-    result.surface.triangle_attributes.push_back(material_attribute(std::move(material)));
-    for (std::size_t k = 0; k < meshes.interfaces.size(); ++k)
-        if (!meshes.interfaces[k].triangles.empty())
-            result.interfaces.push_back(
-                interface_mesh(std::move(meshes.interfaces[k]), state.stack.layers[k].material));
     return result;
 }
 

@@ -34,6 +34,9 @@ TriangleMesh traced_mesh(const Model& model, const TracedSurface& surface);
 TriangleMesh interface_mesh(TriangleMesh mesh, int material);
 
 // Wafers of a run's folder, to be drawn and measured.
+/// A wafer as a result: surface and interfaces with their materials, units and time; of no file.
+Result wafer_result(const Recipe& recipe, const levelset::MaterialStack& stack, double time);
+
 /// The wafer of a folder's checkpoint as a result: surface and interfaces with their materials.
 /// \returns nothing if there is no checkpoint, or a surface of its time or a later one has been saved.
 /// \throws FileError, RecipeError if it is damaged, or the recipe beside it.

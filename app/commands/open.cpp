@@ -1,0 +1,69 @@
+#include <cstdlib>
+#include <memory>
+
+#include "app/commands/cli_options.hpp"
+#include "app/common/console.hpp"
+#include "app/common/files.hpp"
+#include "app/common/interrupt.hpp"
+#include "app/workbench/launch.hpp"
+#include "app/workbench/opened_folder.hpp"
+#include "app/workbench/web_server.hpp"
+#include "app/workbench/workbench.hpp"
+
+namespace sidewall::app {
+namespace {
+
+struct OpenOptions {
+    std::string input = ".";
+    int port = 0;
+    bool no_browser = false;
+};
+
+// Shows the address, and opens it where there is a screen.
+void show(const std::string& address, const OpenOptions& options) {
+    print_plain(
+        "{}\nThe workbench is open at this address, on this machine alone; Ctrl-C ends it, and runs go on.\n",
+        address);
+    std::fflush(stdout);
+    if (options.no_browser ||
+        (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr))
+        return;
+    try {
+        start_program({"xdg-open", address}, "/", -1);
+    } catch (const IoError&) {  // the address is on the screen
+    }
+}
+
+void open(const OpenOptions& options) {
+    std::error_code failure;
+    const bool file = fs::is_regular_file(options.input, failure);
+    const fs::path input = fs::absolute(options.input).lexically_normal();
+    const OpenedFolder folder(file ? input.parent_path() : input);
+    const Workbench workbench(folder, file ? input.filename().string() : "");
+    install_interrupt_handler();
+    serve({.port = static_cast<std::uint16_t>(options.port),
+           .token = random_token(),
+           .on_listening = [&](const std::string& address) { show(address, options); },
+           .stop = interrupted},
+          [&](const WebRequest& request) { return workbench.answer(request); });
+}
+
+}  // namespace
+
+void add_open_command(CLI::App& program) {
+    CLI::App& command = *program.add_subcommand(
+        "open",
+        "Open the workbench, a page in the browser that edits, shows, runs and compares the recipes of a folder; it is served on "
+        "this machine alone, until Ctrl-C");
+    const auto options = std::make_shared<OpenOptions>();
+    add_option(command, "INPUT", options->input, "DIR|FILE",
+               "Folder of recipes, or a recipe in it (default: the working folder)");
+    add_option(
+        command, "--port", options->port, "N",
+        "Port on 127.0.0.1 (default: a free one); the same at both ends where it is forwarded over SSH",
+        {.range = {{0, 65535}}});
+    command.add_flag("--no-browser", options->no_browser, "Only print the address");
+    command.callback([options] { open(*options); });
+}
+
+}  // namespace sidewall::app

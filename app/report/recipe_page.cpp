@@ -1,0 +1,169 @@
+#include "app/report/recipe_page.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "app/common/files.hpp"
+#include "app/process/record/saved_meshes.hpp"
+#include "app/process/wafer.hpp"
+#include "app/recipe/layers.hpp"
+#include "app/recipe/recipe_domain.hpp"
+#include "surface/files/file.hpp"
+
+namespace sidewall::app {
+namespace {
+
+// A recipe on the grid of a picture, of one level. Every layer has a level set of its own, so that many take
+// fewer cells.
+Recipe preview_of(const Recipe& recipe) {
+    constexpr double kMostCells = 96.0, kMostFlatCells = 400.0, kFewestCells = 12.0, kManyLayers = 12.0;
+    Recipe preview = recipe;
+    const double extent = std::max(recipe.domain.extent[0], recipe.domain.extent[1]);
+    const double share = std::min(1.0, kManyLayers / static_cast<double>(layer_count(recipe)));
+    const double cells =
+        std::max(kFewestCells, share * (is_flat(recipe.domain) ? kMostFlatCells : kMostCells));
+    preview.domain.grid_spacing = std::max(recipe.domain.grid_spacing, extent / cells);
+    preview.grid.levels = 1.0;
+    return preview;
+}
+
+// Figures of a run: of its summary, or as its last row of the timeline has them.
+struct Figures {
+    std::map<std::string, Json> values;
+    std::map<std::string, std::string> units;
+};
+
+Figures figures_of(const fs::path& folder) {
+    Figures figures;
+    if (is_there(folder / "summary.json")) {
+        const Json summary = read_summary(folder);
+        const Json units = summary.value("metrology_units", Json::object());
+        const Json metrology = summary.value("metrology", Json::object());
+        for (const auto& [name, value] : metrology.items()) {
+            figures.values[name] = value;
+            figures.units[name] = text_at(units, name);
+        }
+        return figures;
+    }
+    if (!is_there(folder / "timeline.csv")) return figures;
+    const TextTable table = read_text_table(folder / "timeline.csv");
+    const std::size_t first = table.column("relative_error").value_or(table.names.size()) + 1;
+    for (std::size_t k = first; k < table.names.size() && !table.rows.empty(); ++k) {
+        const auto [name, unit] = name_and_unit(table.names[k]);
+        figures.values[name] = field_json(table.rows.back()[k]);
+        figures.units[name] = unit;
+    }
+    return figures;
+}
+
+std::map<std::string, std::string> keys_of_run(const fs::path& folder) {
+    if (!is_there(folder / "recipe.toml")) return {};
+    return written_keys(surface::read_whole_file(folder / "recipe.toml"));
+}
+
+}  // namespace
+
+Page recipe_page(const Recipe& recipe, std::size_t bytes) {
+    Page page{.kind = "recipe", .title = fs::path(recipe.file).stem().string(), .notes{}};
+    const Recipe preview = preview_of(recipe);
+    const levelset::Domain own = domain_of(recipe), shown = domain_of(preview);
+    const auto wafer =
+        std::make_shared<const Result>(wafer_result(preview, initial_state(preview).stack, 0.0));
+    std::vector<surface::Plane> planes = profile_planes(recipe);
+    if (planes.empty()) planes.push_back(surface::parse_plane(recipe.metrology.cut));
+    planes.resize(1);
+    View view = make_view({ViewFrame{"at the start", {}, {}, wafer}}, planes, bytes);
+    page.surfaces = view.shown;
+    const std::string unit = shown_unit(recipe.domain.length_unit);
+    page.fact("Grid",
+              fmt::format("{} × {} cells of {:.6g} {}", own.cells[0], own.cells[1], own.spacing, unit));
+    view.section["note"] = shown.spacing > own.spacing
+                               ? fmt::format("Shown on a grid of {:.3g} {}; the recipe's is of {:.3g} {}.",
+                                             shown.spacing, unit, own.spacing, unit)
+                               : "Shown on the recipe's own grid.";
+    view.section["title"] = "The wafer at the start";
+    page.sections.push_back(std::move(view.section));
+    return page;
+}
+
+std::map<std::string, std::string> written_keys(const std::string& effective) {
+    std::map<std::string, std::string> keys;
+    std::map<std::string, int> count;  // of tables in a list, by its path
+    std::string prefix;
+    for (const std::string& line : split(effective, '\n')) {
+        if (line.starts_with("[[")) {
+            prefix.clear();
+            const std::vector<std::string> parts = split(line.substr(2, line.find("]]") - 2), '.');
+            for (std::size_t k = 0; k < parts.size(); ++k) {
+                prefix += parts[k];
+                const int number = k + 1 < parts.size() ? count[prefix] - 1 : count[prefix]++;
+                prefix += fmt::format("[{}].", number);
+            }
+        } else if (line.starts_with("[")) {
+            prefix = line.substr(1, line.find(']') - 1) + ".";
+        } else if (const auto equals = line.find(" = "); equals != std::string::npos && line[0] != '#') {
+            keys[prefix + line.substr(0, equals)] =
+                line.substr(equals + 3, line.rfind("  # ") - std::min(line.rfind("  # "), equals + 3));
+        }
+    }
+    return keys;
+}
+
+Json runs_table(const std::vector<fs::path>& folders, const std::vector<std::string>& names) {
+    std::vector<std::map<std::string, std::string>> keys;
+    std::vector<Figures> figures;
+    std::map<std::string, std::set<std::string>> values;  // that a key has in all runs
+    std::map<std::string, std::string> measures;          // and their units
+    for (const fs::path& folder : folders) {
+        keys.push_back(keys_of_run(folder));
+        figures.push_back(figures_of(folder));
+        measures.insert(figures.back().units.begin(), figures.back().units.end());
+    }
+    std::set<std::string> all;
+    for (const auto& of_run : keys)
+        for (const auto& [key, value] : of_run) all.insert(key);
+    for (const std::string& key : all)
+        for (const auto& of_run : keys)
+            if (!of_run.empty()) values[key].insert(of_run.contains(key) ? of_run.at(key) : "");
+    Json table{{"type", "table"}, {"title", "Runs"}, {"columns", Json::array({Json{{"name", "run"}}})}};
+    constexpr std::size_t kMostKeys = 12;
+    std::erase_if(values, [](const auto& key) { return key.second.size() < 2; });
+    while (values.size() > kMostKeys) values.erase(std::prev(values.end()));
+    for (const auto& [key, unused] : values) table["columns"].push_back(Json{{"name", key}});
+    for (const auto& [name, unit] : measures)
+        table["columns"].push_back(Json{{"name", name}, {"unit", shown_unit(unit)}});
+    table["rows"] = Json::array();
+    for (std::size_t r = 0; r < folders.size(); ++r) {
+        Json row = Json::array({names[r]});
+        for (const auto& [key, unused] : values)
+            row.push_back(keys[r].contains(key) ? field_json(keys[r].at(key)) : Json());
+        for (const auto& [name, unused] : measures)
+            row.push_back(figures[r].values.contains(name) ? figures[r].values.at(name) : Json());
+        table["rows"].push_back(std::move(row));
+    }
+    return table;
+}
+
+Page runs_page(const std::vector<fs::path>& folders, std::size_t bytes) {
+    Page page{.kind = "runs", .title = fmt::format("{} runs", folders.size()), .notes{}};
+    std::vector<ViewFrame> frames;
+    std::vector<std::string> names;
+    for (const fs::path& folder : folders) {
+        names.push_back(folder.lexically_normal().string());
+        if (auto frame = last_frame(folder, names.back()))
+            frames.push_back(*std::move(frame));
+        else
+            page.notes.push_back(names.back() + " has saved no surface yet.");
+    }
+    page.sections.push_back(runs_table(folders, names));
+    add_view(std::move(frames), folders.front() / "recipe.toml", bytes, "Last surfaces", "Last profiles",
+             page);
+    for (Json& section : page.sections)
+        if (section["type"] == "charts")
+            for (Json& chart : section["charts"]) chart["ramp"] = false;  // no order among them
+    return page;
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,119 @@
+#include "app/workbench/launch.hpp"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <array>
+#include <csignal>
+#include <cstring>
+#include <semaphore>
+#include <thread>
+
+#include "app/common/interrupt.hpp"
+#include "app/workbench/opened_folder.hpp"
+#include "surface/error.hpp"
+
+namespace sidewall::app {
+namespace {
+
+// A process with these files as its standard input, output and error, and no other file.
+pid_t spawn(const std::vector<std::string>& words, const std::filesystem::path& folder,
+            const std::array<int, 3>& files, short flags) {
+    std::vector<char*> pointers;
+    std::vector<std::string> texts = words;
+    pointers.reserve(texts.size() + 1);
+    for (std::string& text : texts) pointers.push_back(text.data());
+    pointers.push_back(nullptr);
+    posix_spawn_file_actions_t actions;
+    posix_spawnattr_t attributes;
+    ::posix_spawn_file_actions_init(&actions);
+    ::posix_spawnattr_init(&attributes);
+    // Signals stop it however those of this thread are: a library's threads may take none.
+    sigset_t none, stopping;
+    ::sigemptyset(&none);
+    ::sigemptyset(&stopping);
+    for (const int signal : {SIGINT, SIGTERM}) ::sigaddset(&stopping, signal);
+    ::posix_spawnattr_setsigmask(&attributes, &none);
+    ::posix_spawnattr_setsigdefault(&attributes, &stopping);
+    ::posix_spawnattr_setflags(&attributes,
+                               static_cast<short>(flags | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF));
+    for (int k = 0; k < 3; ++k)
+        ::posix_spawn_file_actions_adddup2(&actions, files[static_cast<std::size_t>(k)], k);
+    ::posix_spawn_file_actions_addclosefrom_np(&actions, 3);
+    ::posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
+    pid_t process = 0;
+    const int failure =
+        words.front() == "sidewall"
+            ? ::posix_spawn(&process, "/proc/self/exe", &actions, &attributes, pointers.data(), environ)
+            : ::posix_spawnp(&process, words.front().c_str(), &actions, &attributes, pointers.data(),
+                             environ);
+    ::posix_spawn_file_actions_destroy(&actions);
+    ::posix_spawnattr_destroy(&attributes);
+    if (failure != 0)
+        throw IoError("cannot start {}: {}", words.front(), std::string(std::strerror(failure)));
+    return process;
+}
+
+Descriptor memory_file() {
+    Descriptor file(::memfd_create("sidewall", MFD_CLOEXEC));
+    if (file.number() < 0) throw IoError("no file in memory: {}", std::string(std::strerror(errno)));
+    return file;
+}
+
+std::string text_in(const Descriptor& file) {
+    const off_t size = ::lseek(file.number(), 0, SEEK_END);
+    std::string text(size > 0 ? static_cast<std::size_t>(size) : 0, '\0');
+    std::size_t done = 0;
+    while (done < text.size()) {
+        const ssize_t got =
+            ::pread(file.number(), text.data() + done, text.size() - done, static_cast<off_t>(done));
+        if (got <= 0) break;
+        done += static_cast<std::size_t>(got);
+    }
+    text.resize(done);
+    return text;
+}
+
+// The status of a process that has ended, or that had to be killed.
+int wait_for(pid_t process, std::chrono::seconds patience) {
+    const auto deadline = std::chrono::steady_clock::now() + patience;
+    int status = 0;
+    while (::waitpid(process, &status, WNOHANG) == 0) {
+        if (std::chrono::steady_clock::now() > deadline || interrupted()) ::kill(process, SIGKILL);
+        std::this_thread::sleep_for(std::chrono::milliseconds(3));
+    }
+    return status;
+}
+
+}  // namespace
+
+SpokenAnswer ask_program(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
+                         const std::string& input, std::chrono::seconds patience) {
+    static std::counting_semaphore<2> turn(2);
+    struct Turn {
+        Turn() { turn.acquire(); }
+        ~Turn() { turn.release(); }
+    } const mine;
+    const Descriptor in = memory_file(), out = memory_file(), messages = memory_file();
+    if (::write(in.number(), input.data(), input.size()) != static_cast<ssize_t>(input.size()) ||
+        ::lseek(in.number(), 0, SEEK_SET) != 0)
+        throw IoError("no memory for a process's input: {}", std::string(std::strerror(errno)));
+    std::vector<std::string> words{"sidewall"};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    const int status =
+        wait_for(spawn(words, folder, {in.number(), out.number(), messages.number()}, POSIX_SPAWN_SETPGROUP),
+                 patience);
+    constexpr int kSignalled = 128;
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : kSignalled + WTERMSIG(status), text_in(out),
+            text_in(messages)};
+}
+
+pid_t start_program(const std::vector<std::string>& words, const std::filesystem::path& folder, int log) {
+    const Descriptor nothing(::open("/dev/null", O_RDWR | O_CLOEXEC));
+    const int says = log < 0 ? nothing.number() : log;
+    return spawn(words, folder, {nothing.number(), says, says}, POSIX_SPAWN_SETSID);
+}
+
+}  // namespace sidewall::app

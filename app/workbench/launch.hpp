@@ -1,0 +1,34 @@
+#pragma once
+#include <sys/types.h>
+#include <chrono>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+// Other processes of this program: some answer at once, some run on their own.
+namespace sidewall::app {
+
+/// What a process that was asked has said.
+struct SpokenAnswer {
+    int exit_code = 0;     ///< 128 and more by a signal
+    std::string output;    ///< on standard output
+    std::string messages;  ///< on standard error
+};
+
+/// Runs this program with other arguments and waits for its answer. At most two are asked at a time; others wait.
+/// \param arguments  without the program's name.
+/// \param folder     that it works in.
+/// \param input      that it reads.
+/// \param patience   after which it is killed, as it is when this process is asked to stop.
+/// \throws IoError if the system refuses a process.
+SpokenAnswer ask_program(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
+                         const std::string& input, std::chrono::seconds patience);
+
+/// Starts a program in a session of its own, so that it outlives this process and the terminal.
+/// \param words  its name first; `sidewall` is this program.
+/// \param log    takes what it says; its number as a file of this process.
+/// \returns its process.
+/// \throws IoError if the system refuses a process.
+pid_t start_program(const std::vector<std::string>& words, const std::filesystem::path& folder, int log);
+
+}  // namespace sidewall::app

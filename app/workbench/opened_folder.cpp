@@ -1,0 +1,164 @@
+#include "app/workbench/opened_folder.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "app/common/files.hpp"
+#include "app/common/text.hpp"
+#include "surface/files/held_folder.hpp"
+#include "surface/files/output_file.hpp"
+
+namespace sidewall::app {
+namespace {
+
+constexpr std::size_t kMostBytes = 4'000'000, kLongestName = 1000, kMostFound = 500;
+
+std::vector<std::string> parts_of(const std::string& name) {
+    std::vector<std::string> parts = split(name, '/');
+    const auto refused = [](const std::string& part) { return part.empty() || part == "." || part == ".."; };
+    const auto control = [](char c) { return static_cast<unsigned char>(c) < ' '; };
+    if (name.size() > kLongestName || std::ranges::any_of(parts, refused) ||
+        std::ranges::any_of(name, control))
+        throw NotInside("there is nothing of that name");
+    return parts;
+}
+
+int open_root(const fs::path& folder) {
+    const int file = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (file < 0)
+        throw FileError("{}: cannot open the folder: {}", folder.string(), std::string(std::strerror(errno)));
+    return file;
+}
+
+bool same_file(int a, int b) {
+    struct stat first {
+    }, second{};
+    return ::fstat(a, &first) == 0 && ::fstat(b, &second) == 0 && first.st_ino == second.st_ino &&
+           first.st_dev == second.st_dev;
+}
+
+std::string folder_part(const std::string& name) {
+    const std::size_t slash = name.rfind('/');
+    return slash == std::string::npos ? "" : name.substr(0, slash);
+}
+
+bool holds_results(const fs::path& folder) {
+    return std::ranges::any_of(
+        std::array{"summary.json", "timeline.csv", "sweep.json", "fit.json", "compare.json", "manifest.txt"},
+        [&](const char* file) { return is_there(folder / file); });
+}
+
+void find(const fs::path& folder, const std::string& prefix, int depth, OpenedFolder::Contents& found) {
+    constexpr int kDeepest = 4;
+    std::error_code failure;
+    for (fs::directory_iterator at(folder, failure), end; !failure && at != end; at.increment(failure)) {
+        const std::string name = at->path().filename().string();
+        std::error_code gone;
+        if (name.starts_with('.') || at->is_symlink(gone)) continue;
+        if (at->is_directory(gone)) {
+            if (holds_results(at->path())) {
+                if (found.results.size() < kMostFound) found.results.push_back(prefix + name);
+            } else if (depth < kDeepest) {
+                find(at->path(), prefix + name + "/", depth + 1, found);
+            }
+        } else if (name.ends_with(".toml") && at->is_regular_file(gone) &&
+                   found.recipes.size() < kMostFound) {
+            found.recipes.push_back(prefix + name);
+        }
+    }
+}
+
+}  // namespace
+
+Descriptor::~Descriptor() {
+    if (file_ >= 0) ::close(file_);
+}
+
+Descriptor::Descriptor(Descriptor&& other) noexcept : file_(std::exchange(other.file_, -1)) {}
+
+Descriptor& Descriptor::operator=(Descriptor&& other) noexcept {
+    std::swap(file_, other.file_);
+    return *this;
+}
+
+OpenedFolder::OpenedFolder(const fs::path& folder) : path_(fs::absolute(folder)), folder_(open_root(folder)) {
+    path_ = fs::canonical(path_);
+}
+
+Descriptor OpenedFolder::open(const std::string& name, int flags) const {
+    Descriptor at(::openat(folder_.number(), ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    if (name.empty()) return at;
+    const std::vector<std::string> parts = parts_of(name);
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+        const int how = k + 1 < parts.size() ? O_RDONLY | O_DIRECTORY : flags;
+        Descriptor next(
+            ::openat(at.number(), parts[k].c_str(), how | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666));
+        if (next.number() < 0) throw NotInside(name + ": there is nothing of that name");
+        at = std::move(next);
+    }
+    return at;
+}
+
+fs::path OpenedFolder::inside(const std::string& name) const {
+    const Descriptor there = open(name, O_RDONLY | O_DIRECTORY);
+    return path_ / name;
+}
+
+std::string OpenedFolder::read(const std::string& name) const {
+    const Descriptor file = open(name, O_RDONLY);
+    struct stat there {};
+    if (::fstat(file.number(), &there) != 0 || !S_ISREG(there.st_mode) ||
+        static_cast<std::size_t>(there.st_size) > kMostBytes)
+        throw NotInside(name + ": is no file of at most 4 MB");
+    std::string text(static_cast<std::size_t>(there.st_size), '\0');
+    const ssize_t size = ::pread(file.number(), text.data(), text.size(), 0);
+    text.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
+    return text;
+}
+
+void OpenedFolder::write(const std::string& name, const std::string& text, const std::string& before) const {
+    parts_of(name);
+    const std::string folder = folder_part(name);
+    const Descriptor checked = open(folder, O_RDONLY | O_DIRECTORY);
+    const surface::HeldFolder held(path_ / folder);
+    if (!same_file(checked.number(), held.descriptor())) throw NotInside(folder + ": was replaced meanwhile");
+    std::string now;
+    try {
+        now = digest(read(name));
+    } catch (const NotInside&) {  // a new file
+    }
+    if (now != before) throw ChangedOnDisk(name + ": has changed on the disk since it was opened");
+    surface::write_whole_file(path_ / folder / fs::path(name).filename(), text);
+}
+
+void OpenedFolder::make_room_for(const std::string& name) const {
+    parts_of(name);
+    const std::string folder = folder_part(name);
+    if (folder.empty()) return;
+    make_room_for(folder);
+    const Descriptor above = open(folder_part(folder), O_RDONLY | O_DIRECTORY);
+    if (::mkdirat(above.number(), fs::path(folder).filename().c_str(), 0777) != 0 && errno != EEXIST)
+        throw IoError("{}: cannot make the folder: {}", folder, std::string(std::strerror(errno)));
+    open(folder, O_RDONLY | O_DIRECTORY);
+}
+
+Descriptor OpenedFolder::open_log(const std::string& name) const {
+    make_room_for(name);
+    return open(name, O_WRONLY | O_CREAT | O_TRUNC);
+}
+
+OpenedFolder::Contents OpenedFolder::contents() const {
+    Contents found;
+    find(path_, "", 0, found);
+    std::ranges::sort(found.recipes);
+    std::ranges::sort(found.results);
+    return found;
+}
+
+}  // namespace sidewall::app

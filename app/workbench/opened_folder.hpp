@@ -1,0 +1,78 @@
+#pragma once
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+// The folder that the workbench is opened on, and what may be reached in it.
+namespace sidewall::app {
+
+/// There is nothing of that name in the opened folder, or nothing that may be named.
+struct NotInside : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+/// A file has changed on the disk since it was read.
+struct ChangedOnDisk : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+/// A file of the system, closed at the end.
+class Descriptor {
+  public:
+    explicit Descriptor(int file) : file_(file) {}
+    ~Descriptor();
+    Descriptor(Descriptor&& other) noexcept;
+    Descriptor& operator=(Descriptor&& other) noexcept;
+    Descriptor(const Descriptor&) = delete;
+    Descriptor& operator=(const Descriptor&) = delete;
+    int number() const { return file_; }
+
+  private:
+    int file_;
+};
+
+/// A folder whose files are named by paths such as `etch/deep.toml`: relative, with no empty part, `.`, `..`, control character or
+/// link among them. Any other name is as one that is not there. For any thread.
+class OpenedFolder {
+  public:
+    /// \throws FileError if there is no such folder.
+    explicit OpenedFolder(const std::filesystem::path& folder);
+
+    const std::filesystem::path& path() const { return path_; }
+
+    /// The path of a folder in it, to be given to another process.
+    /// \throws NotInside
+    std::filesystem::path inside(const std::string& name) const;
+
+    /// The text of a file of at most 4 MB.
+    /// \throws NotInside
+    std::string read(const std::string& name) const;
+
+    /// Writes a file whole or not at all.
+    /// \param before  the digest of the text that is to be replaced; empty: there is no such file.
+    /// \throws NotInside if its folder is not there; ChangedOnDisk; IoError.
+    void write(const std::string& name, const std::string& text, const std::string& before) const;
+
+    /// Makes the folder that a file or folder of that name is to stand in.
+    /// \throws NotInside, IoError
+    void make_room_for(const std::string& name) const;
+
+    /// Opens or makes a file that takes what a process says.
+    /// \throws NotInside, IoError
+    Descriptor open_log(const std::string& name) const;
+
+    /// The files that end in .toml, and the folders of results; neither within results, hidden folders or links.
+    struct Contents {
+        std::vector<std::string> recipes, results;
+    };
+    Contents contents() const;
+
+  private:
+    Descriptor open(const std::string& name, int flags) const;
+
+    std::filesystem::path path_;
+    Descriptor folder_;
+};
+
+}  // namespace sidewall::app

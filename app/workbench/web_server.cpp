@@ -1,0 +1,292 @@
+#include "app/workbench/web_server.hpp"
+
+#include <fmt/format.h>
+
+#include <sys/random.h>
+#include <array>
+#include <atomic>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/thread_pool.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "app/common/text.hpp"
+#include "surface/error.hpp"
+
+namespace sidewall::app {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+using Tcp = asio::ip::tcp;
+using Seconds = std::chrono::seconds;
+
+constexpr std::uint32_t kMostHeader = 16'384;
+constexpr std::uint64_t kMostBody = 4'000'000;
+constexpr int kMostConnections = 64;
+constexpr std::size_t kThreads = 4;
+constexpr Seconds kToArrive{20}, kToBeTaken{60};
+
+std::optional<int> hexadecimal(char c) {
+    if (c >= '0' && c <= '9') return c - '0';
+    if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+    if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+    return std::nullopt;
+}
+
+// Percent-encoded text as it was; nothing if the encoding is damaged.
+std::optional<std::string> decoded(std::string_view text) {
+    std::string plain;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        if (text[i] != '%') {
+            plain += text[i] == '+' ? ' ' : text[i];
+            continue;
+        }
+        if (i + 2 >= text.size()) return std::nullopt;
+        const auto high = hexadecimal(text[i + 1]), low = hexadecimal(text[i + 2]);
+        if (!high || !low) return std::nullopt;
+        plain += static_cast<char>(16 * *high + *low);
+        i += 2;
+    }
+    return plain;
+}
+
+// Path and query of a target; false if it is none.
+bool read_target(std::string_view target, WebRequest& request) {
+    const std::size_t mark = target.find('?');
+    const auto path = decoded(target.substr(0, mark));
+    if (!path || !path->starts_with('/')) return false;
+    request.path = *path;
+    if (mark == std::string_view::npos) return true;
+    for (const std::string& pair : split(target.substr(mark + 1), '&')) {
+        const std::size_t equals = std::min(pair.find('='), pair.size());
+        const auto name = decoded(pair.substr(0, equals));
+        const auto value = decoded(pair.substr(std::min(equals + 1, pair.size())));
+        if (!name || !value) return false;
+        auto [place, fresh] = request.query.try_emplace(*name, *value);
+        if (!fresh) place->second += '\0' + *value;
+    }
+    return true;
+}
+
+// Takes as long whatever the texts have in common.
+bool same_secret(std::string_view a, std::string_view b) {
+    if (a.size() != b.size()) return false;
+    unsigned differ = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) differ |= static_cast<unsigned char>(a[i] ^ b[i]);
+    return differ == 0;
+}
+
+// What all connections share.
+struct Shared {
+    WebOptions options;
+    std::function<WebReply(const WebRequest&)> handle;
+    asio::thread_pool workers{kThreads};
+    std::atomic<int> connections = 0;
+
+    std::string cookie() const { return fmt::format("sidewall_{}", options.port); }
+};
+
+using Request = http::request<http::string_body>;
+
+std::string header(const Request& request, http::field name) {
+    const auto value = request[name];
+    return {value.data(), value.size()};
+}
+
+bool from_here(const Request& request, std::uint16_t port) {
+    const std::string host = header(request, http::field::host),
+                      origin = header(request, http::field::origin);
+    const auto fetch = request["Sec-Fetch-Site"];
+    return (host == fmt::format("127.0.0.1:{}", port) || host == fmt::format("localhost:{}", port)) &&
+           request.count(http::field::host) == 1 && (origin.empty() || origin == "http://" + host) &&
+           (fetch.empty() || fetch == "same-origin" || fetch == "none");
+}
+
+bool has_cookie(const Request& request, const Shared& shared) {
+    for (const std::string& pair : split(header(request, http::field::cookie), ';')) {
+        const std::string_view cookie = trimmed(pair);
+        const std::size_t equals = cookie.find('=');
+        if (equals != std::string_view::npos && cookie.substr(0, equals) == shared.cookie() &&
+            same_secret(cookie.substr(equals + 1), shared.options.token))
+            return true;
+    }
+    return false;
+}
+
+http::response<http::string_body> response_of(const WebReply& reply, unsigned version) {
+    http::response<http::string_body> response(static_cast<http::status>(reply.status), version);
+    response.set(http::field::content_type, reply.type);
+    response.set(http::field::cache_control, "no-store");
+    response.set("X-Content-Type-Options", "nosniff");
+    response.set("X-Frame-Options", "DENY");
+    response.set("Cross-Origin-Resource-Policy", "same-origin");
+    response.set("Referrer-Policy", "no-referrer");
+    response.body() = reply.body;
+    response.keep_alive(false);
+    return response;
+}
+
+WebReply plain(int status, std::string text) {
+    return {.status = status, .type = "text/plain; charset=utf-8", .body = std::move(text)};
+}
+
+http::response<http::string_body> answer(const Request& request, const Shared& shared) {
+    const auto refused = [&](int status, const char* text) {
+        return response_of(plain(status, text), request.version());
+    };
+    if (!from_here(request, shared.options.port)) return refused(403, "refused: another host or origin\n");
+    WebRequest wanted;
+    const auto method = request.method_string();
+    wanted.method = {method.data(), method.size()};
+    if (!read_target({request.target().data(), request.target().size()}, wanted))
+        return refused(400, "not a request\n");
+    const bool first = wanted.path == "/" && same_secret(wanted.query["key"], shared.options.token);
+    if (!first && !has_cookie(request, shared))
+        return refused(403, "refused: open the address that sidewall open has printed\n");
+    if (wanted.method != "GET" && wanted.method != "POST") return refused(405, "GET or POST\n");
+    wanted.body = request.body();
+    WebReply reply;
+    try {
+        reply = shared.handle(wanted);
+    } catch (const std::exception& error) {
+        reply = plain(500, fmt::format("{}\n", error.what()));
+    }
+    auto response = response_of(reply, request.version());
+    if (first)
+        response.set(http::field::set_cookie, fmt::format("{}={}; Path=/; SameSite=Strict; HttpOnly",
+                                                          shared.cookie(), shared.options.token));
+    return response;
+}
+
+// A connection: one request, one answer. Its deadlines hold for all of either, however slowly bytes come and
+// go.
+class Connection : public std::enable_shared_from_this<Connection> {
+  public:
+    Connection(Tcp::socket&& socket, Shared& shared) : stream_(std::move(socket)), shared_(shared) {
+        ++shared_.connections;
+        parser_.header_limit(kMostHeader);
+        parser_.body_limit(kMostBody);
+    }
+    ~Connection() { --shared_.connections; }
+    Connection(const Connection&) = delete;
+    Connection& operator=(const Connection&) = delete;
+
+    void begin() {
+        stream_.expires_after(kToArrive);
+        http::async_read(
+            stream_, buffer_, parser_,
+            [self = shared_from_this()](beast::error_code error, std::size_t) { self->on_read(error); });
+    }
+
+  private:
+    void on_read(beast::error_code error) {
+        if (error == http::error::body_limit) return write(response_of(plain(413, "too large\n"), kVersion));
+        if (error == http::error::header_limit)
+            return write(response_of(plain(431, "too large\n"), kVersion));
+        if (error.category() == http::make_error_code(http::error::bad_method).category() &&
+            error != http::error::end_of_stream && error != http::error::partial_message)
+            return write(response_of(plain(400, "not a request\n"), kVersion));
+        if (error) return;  // it is gone, or too slow
+        stream_.expires_never();
+        asio::post(shared_.workers, [self = shared_from_this()] {
+            auto response = answer(self->parser_.get(), self->shared_);
+            asio::post(self->stream_.get_executor(),
+                       [self, made = std::move(response)]() mutable { self->write(std::move(made)); });
+        });
+    }
+
+    void write(http::response<http::string_body>&& response) {
+        response_ = std::move(response);
+        response_.prepare_payload();
+        stream_.expires_after(kToBeTaken);
+        http::async_write(stream_, response_, [self = shared_from_this()](beast::error_code, std::size_t) {
+            beast::error_code ignored;
+            self->stream_.socket().shutdown(Tcp::socket::shutdown_send, ignored);
+        });
+    }
+
+    static constexpr unsigned kVersion = 11;
+    beast::tcp_stream stream_;
+    Shared& shared_;
+    beast::flat_buffer buffer_;
+    http::request_parser<http::string_body> parser_;
+    http::response<http::string_body> response_;
+};
+
+class Listener {
+  public:
+    Listener(asio::io_context& context, Shared& shared)
+        : context_(context), acceptor_(context), timer_(context), shared_(shared) {
+        const Tcp::endpoint here(asio::ip::address_v4::loopback(), shared.options.port);
+        beast::error_code error;
+        acceptor_.open(here.protocol(), error);
+        if (!error) acceptor_.set_option(asio::socket_base::reuse_address(true), error);
+        if (!error) acceptor_.bind(here, error);
+        if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
+        if (error)
+            throw IoError("127.0.0.1:{}: cannot listen: {}; choose another --port", shared.options.port,
+                          error.message());
+        shared.options.port = acceptor_.local_endpoint().port();
+    }
+
+    void begin() {
+        accept();
+        watch();
+    }
+
+  private:
+    void accept() {
+        acceptor_.async_accept([this](beast::error_code error, Tcp::socket socket) {
+            if (error == asio::error::operation_aborted) return;
+            if (!error && shared_.connections < kMostConnections)
+                std::make_shared<Connection>(std::move(socket), shared_)->begin();
+            accept();
+        });
+    }
+
+    void watch() {
+        timer_.expires_after(std::chrono::milliseconds(100));
+        timer_.async_wait([this](beast::error_code) {
+            if (shared_.options.stop && shared_.options.stop())
+                context_.stop();
+            else
+                watch();
+        });
+    }
+
+    asio::io_context& context_;
+    Tcp::acceptor acceptor_;
+    asio::steady_timer timer_;
+    Shared& shared_;
+};
+
+}  // namespace
+
+void serve(const WebOptions& options, const std::function<WebReply(const WebRequest&)>& handle) {
+    Shared shared{.options = options, .handle = handle};
+    asio::io_context context(1);
+    Listener listener(context, shared);
+    if (options.on_listening)
+        options.on_listening(fmt::format("http://127.0.0.1:{}/?key={}", shared.options.port, options.token));
+    listener.begin();
+    context.run();
+    shared.workers.join();
+}
+
+std::string random_token() {
+    std::array<unsigned char, 16> bytes{};
+    if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
+        throw IoError("the system gives no random numbers: {}", std::string("getrandom failed"));
+    std::string token;
+    for (const unsigned char byte : bytes) token += fmt::format("{:02x}", byte);
+    return token;
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,251 @@
+#include "app/workbench/workbench.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <regex>
+#include <set>
+
+#include "app/common/files.hpp"
+#include "app/common/json.hpp"
+#include "app/common/text.hpp"
+#include "app/recipe/sections.hpp"
+#include "app/report/recipe_page.hpp"
+#include "app/workbench/launch.hpp"
+#include "app/workbench/opened_folder.hpp"
+#include "app/workbench/runs.hpp"
+#include "app/workbench/workbench_page.hpp"
+#include "surface/files/file.hpp"
+
+namespace sidewall::app {
+namespace {
+
+constexpr std::chrono::seconds kPatience{60};
+
+std::string text_at_key(const Json& json, const char* key) {
+    const auto found = json.find(key);
+    if (found == json.end() || !found->is_string()) throw NotInside(fmt::format("{} is missing", key));
+    return found->get<std::string>();
+}
+
+WebReply reply_of(const Json& json) {
+    return {.body = json.dump(-1, ' ', false, Json::error_handler_t::replace)};
+}
+
+// What is wrong with a recipe, as the program says it, and the line.
+Json problem_of(const std::string& messages) {
+    static const std::regex form(R"(sidewall: (?:recipe:)?(?:(\d{1,9}): )?)");
+    const std::size_t at = messages.rfind("sidewall: ");
+    std::string text = at == std::string::npos ? messages : messages.substr(at);
+    std::smatch match;
+    Json problem{{"line", nullptr}};
+    if (std::regex_search(text, match, form, std::regex_constants::match_continuous)) {
+        if (match[1].matched) problem["line"] = std::stol(match[1]);
+        text = match.suffix();
+    }
+    problem["problem"] = trimmed(text.substr(0, text.find('\n')));
+    return problem;
+}
+
+// What `check` says behind the effective recipe, without comment signs.
+std::string findings_of(const std::string& output) {
+    std::string text;
+    for (const std::string& line :
+         split(output.substr(std::min(output.find("# The grid:"), output.size())), '\n'))
+        text +=
+            (line.starts_with("# ") ? line.substr(2) : line.substr(std::min<std::size_t>(1, line.size()))) +
+            "\n";
+    return text;
+}
+
+std::string notes_of(const std::string& messages) {
+    std::string text;
+    for (const std::string& line : split(messages, '\n'))
+        if (const auto at = line.find(": note: "); at != std::string::npos)
+            text += line.substr(at + 2) + "\n";
+    return text;
+}
+
+Json keys_json() {
+    Json sections = Json::array();
+    for (const SectionDoc& section : recipe_documentation()) {
+        Json keys = Json::array();
+        for (const KeyDoc& key : section.keys)
+            keys.push_back(
+                Json{{"name", key.name}, {"type", type_line(key)}, {"doc", key.doc}, {"words", key.words}});
+        sections.push_back(
+            Json{{"name", section.name}, {"header", section.header}, {"doc", section.doc}, {"keys", keys}});
+    }
+    return sections;
+}
+
+std::vector<std::string> shipped_recipes() {
+    std::vector<std::string> names;
+    std::error_code failure;
+    for (const auto& entry : fs::directory_iterator(shipped_folder("configs"), failure))
+        if (entry.path().extension() == ".toml") names.push_back(entry.path().filename().string());
+    std::ranges::sort(names);
+    return names;
+}
+
+// The folder's file, or a text that came with the program.
+Json text_json(const OpenedFolder& folder, const WebRequest& request) {
+    if (const auto shipped = request.query.find("shipped"); shipped != request.query.end()) {
+        if (std::ranges::count(shipped_recipes(), shipped->second) == 0) throw NotInside("no shipped recipe");
+        return {{"text", surface::read_whole_file(shipped_folder("configs") / shipped->second)},
+                {"digest", ""}};
+    }
+    const auto path = request.query.find("path");
+    const std::string text = folder.read(path == request.query.end() ? "" : path->second);
+    return {{"text", text}, {"digest", digest(text)}};
+}
+
+Json save(const OpenedFolder& folder, const Json& asked) {
+    const std::string path = text_at_key(asked, "path"), text = text_at_key(asked, "text");
+    if (!path.ends_with(".toml") && !path.ends_with(".csv"))
+        return {{"problem", path + ": must end in .toml, or .csv for a profile"}};
+    try {
+        folder.make_room_for(path);
+        folder.write(path, text, text_at_key(asked, "digest"));
+    } catch (const ChangedOnDisk& error) {
+        return {{"problem", error.what()}, {"changed", true}, {"digest", digest(folder.read(path))}};
+    } catch (const IoError& error) {
+        return {{"problem", error.what()}};
+    }
+    return {{"digest", digest(text)}};
+}
+
+// The folder that a recipe of the page is in, where files that it names are sought; before it is there, the
+// opened one.
+fs::path home_of(const OpenedFolder& folder, const Json& asked) {
+    const std::string path = text_at_key(asked, "path");
+    const std::size_t slash = path.rfind('/');
+    try {
+        return folder.inside(slash == std::string::npos ? "" : path.substr(0, slash));
+    } catch (const NotInside&) {
+        return folder.path();
+    }
+}
+
+WebReply preview(const OpenedFolder& folder, const Json& asked) {
+    const SpokenAnswer said = ask_program({"report", "-", "--json", "-"}, home_of(folder, asked),
+                                          text_at_key(asked, "text"), kPatience);
+    if (said.exit_code != 0) return reply_of(problem_of(said.messages));
+    return {.body = said.output};
+}
+
+WebReply check(const OpenedFolder& folder, const Json& asked) {
+    const SpokenAnswer said =
+        ask_program({"check", "-"}, home_of(folder, asked), text_at_key(asked, "text"), kPatience);
+    if (said.exit_code != 0) return reply_of(problem_of(said.messages));
+    return reply_of({{"text", notes_of(said.messages) + findings_of(said.output)}});
+}
+
+// Names of runs that a query repeats.
+std::vector<std::string> runs_asked(const OpenedFolder& folder, const WebRequest& request) {
+    const auto asked = request.query.find("run");
+    if (asked == request.query.end()) throw NotInside("no run");
+    std::vector<std::string> names = split(asked->second, '\0');
+    for (const std::string& name : names) folder.inside(name);
+    return names;
+}
+
+WebReply results(const OpenedFolder& folder, const WebRequest& request) {
+    std::vector<std::string> words{"report", "--json", "-"};
+    if (request.query.contains("last")) words.emplace_back("--last");
+    words.emplace_back("--");
+    for (const std::string& name : runs_asked(folder, request)) words.push_back(name);
+    const SpokenAnswer said = ask_program(words, folder.path(), "", kPatience);
+    if (said.exit_code != 0) return reply_of(problem_of(said.messages));
+    return {.body = said.output};
+}
+
+Json contents_json(const OpenedFolder& folder, const std::string& first) {
+    const OpenedFolder::Contents found = folder.contents();
+    Json runs = Json::array();
+    for (const std::string& name : found.results) {
+        try {
+            runs.push_back(run_json(folder, name));
+        } catch (const NotInside&) {  // removed meanwhile
+        }
+    }
+    return {
+        {"folder", folder.path().string()}, {"recipe", first}, {"recipes", found.recipes}, {"runs", runs}};
+}
+
+Json table_json(const OpenedFolder& folder) {
+    std::vector<fs::path> folders;
+    std::vector<std::string> names;
+    for (const std::string& name : folder.contents().results) {
+        folders.push_back(folder.path() / name);
+        names.push_back(name);
+    }
+    return runs_table(folders, names);
+}
+
+Json log_json(const OpenedFolder& folder, const WebRequest& request) {
+    constexpr std::size_t kMost = 20'000;
+    std::string text;
+    try {
+        text = folder.read(runs_asked(folder, request).front() + ".log");
+    } catch (const NotInside&) {
+        text = "The page did not start this run: it has no log here.\n";
+    }
+    return {{"text", text.size() > kMost ? text.substr(text.size() - kMost) : text}};
+}
+
+// A measured profile as columns of numbers.
+Json profile_json(const Json& asked) {
+    const CsvTable table = parse_csv(text_at_key(asked, "text"), "the file", 100'000);
+    Json columns = Json::array();
+    for (const CsvColumn& column : table.columns)
+        columns.push_back(Json{{"name", column.name}, {"unit", column.unit}, {"values", numbers_of(column)}});
+    return {{"columns", columns}, {"understood", table.understood}};
+}
+
+Json got(const OpenedFolder& folder, const std::string& first, const WebRequest& request) {
+    if (request.path == "/api/contents") return contents_json(folder, first);
+    if (request.path == "/api/table") return table_json(folder);
+    if (request.path == "/api/text") return text_json(folder, request);
+    if (request.path == "/api/keys") return {{"sections", keys_json()}, {"shipped", shipped_recipes()}};
+    if (request.path == "/api/log") return log_json(folder, request);
+    throw NotInside("no such page");
+}
+
+WebReply posted(const OpenedFolder& folder, const std::string& path, const Json& asked) {
+    if (path == "/api/preview") return preview(folder, asked);
+    if (path == "/api/check") return check(folder, asked);
+    if (path == "/api/save") return reply_of(save(folder, asked));
+    if (path == "/api/profile") return reply_of(profile_json(asked));
+    if (path == "/api/start") {
+        start_run(folder, asked);
+        return reply_of(Json::object());
+    }
+    if (path == "/api/stop") return reply_of({{"asked", stop_run(folder, text_at_key(asked, "run"))}});
+    throw NotInside("no such page");
+}
+
+}  // namespace
+
+Workbench::Workbench(const OpenedFolder& folder, std::string recipe)
+    : folder_(folder), recipe_(std::move(recipe)) {}
+
+WebReply Workbench::answer(const WebRequest& request) const {
+    try {
+        if (request.method == "POST") {
+            const Json asked = Json::parse(request.body, nullptr, false);
+            if (!asked.is_object()) return {.status = 400, .type = "text/plain", .body = "not JSON\n"};
+            return posted(folder_, request.path, asked);
+        }
+        if (request.path == "/") return {.type = "text/html; charset=utf-8", .body = workbench_html()};
+        if (request.path == "/api/results") return results(folder_, request);
+        return reply_of(got(folder_, recipe_, request));
+    } catch (const NotInside& error) {
+        return {
+            .status = 404, .type = "text/plain; charset=utf-8", .body = fmt::format("{}\n", error.what())};
+    } catch (const Error& error) {
+        return reply_of({{"problem", error.what()}, {"line", nullptr}});
+    }
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,314 @@
+"use strict";
+// The workbench: a recipe and the wafer that it begins with, runs of the folder, and what they found.
+(() => {
+  const { el, number } = Sidewall, kTyping = 250, kResting = 700, kPoll = 1000;
+  history.replaceState(null, "", "/");  // the token is in a cookie from now on
+
+  const get = async (path) => answered(await fetch(path));
+  const post = async (path, body) => answered(await fetch(path, { method: "POST", body: JSON.stringify(body) }));
+  async function answered(response) {
+    if (!response.ok) throw new Error((await response.text()).trim() || `status ${response.status}`);
+    return response.json();
+  }
+  const query = (names) => names.map((name) => `run=${encodeURIComponent(name)}`).join("&");
+
+  const state = { path: "", digest: "", dirty: false, round: 0, runs: [], table: null, stamps: "", shown: [], shownStamp: "",
+                  pinned: false, chosen: new Set(), profiles: [] };
+  let editor = null, keys = null;
+
+  // The page's parts.
+  const button = (text, title, click) => el("button", { type: "button", title, onclick: click }, text);
+  const choose = el("select", { "aria-label": "recipe", onchange: () => pick(choose.value) });
+  const status = el("output", { class: "status", "aria-live": "polite" });
+  const buttons = {
+    save: button("Save", "Ctrl-S", () => tried(save())),
+    run: button("Run", "Ctrl-Enter", () => tried(run())),
+    stop: button("Stop", "stop the run that is shown; it can be resumed", () => tried(stop(state.shown[0]))),
+    resume: button("Resume", "go on with the run that is shown", () => tried(resume(state.shown[0]))),
+    compare: button("Compare", "the marked runs, beside each other", () => show([...state.chosen], true)),
+  };
+  const view = el("div", { class: "pane" }), findings = el("pre", { class: "findings", tabindex: "0" });
+  const runs = el("div", { class: "runs" }), results = el("div", { class: "results" }), left = el("div", { class: "left" });
+  const form = Sidewall.studyForm({
+    numberAtCursor: () => editor.numberAtCursor(),
+    profileNames: () => state.profiles.map((profile) => profile.path),
+    start: (asked) => tried(begin({ ...asked, recipe: state.path }, asked.command)),
+  });
+  document.getElementById("page").replaceWith(el("main", { id: "page", class: "workbench" },
+    el("header", { class: "bar" }, el("b", {}, "Sidewall"), choose, buttons.save, buttons.run, buttons.stop, buttons.resume,
+       buttons.compare, status),
+    left, view, runs, results));
+
+  const say = (text, wrong = false) => {
+    status.textContent = text;
+    status.classList.toggle("wrong", wrong);
+  };
+  const tried = (work) => work.catch((error) => say(error.message, true));
+  const told = (reply) => {
+    if (reply.problem) throw new Error(reply.problem);
+    return reply;
+  };
+
+  // The 3-D view: one at a time, seen from the same side as the last.
+  function place(section, element) {
+    const last = view.viewer && view.viewer.controls ? view.viewer : null, degrees = 180 / Math.PI;
+    const side = last && [degrees * last.controls.getAzimuthalAngle(), 90 - degrees * last.controls.getPolarAngle()];
+    view.replaceChildren(el("h2", {}, section.title || ""), element);
+    if (last) {
+      last.renderer.forceContextLoss();
+      last.renderer.dispose();
+    }
+    view.viewer = Sidewall.viewer;
+    if (!view.viewer) return;
+    view.viewer.begin();
+    if (side && view.viewer.controls) view.viewer.place(...side, view.viewer.distance());
+  }
+
+  // Draws a page's view in its pane and the other sections below; runs keep the pane until the recipe changes.
+  function draw(page, below) {
+    Sidewall.viewer = null;
+    const parts = Sidewall.sectionsOf(page), rest = [];
+    page.sections.forEach((section, k) => {
+      if (section.type === "view") place(section, parts[k].children[1]);
+      else rest.push(parts[k]);
+    });
+    if (below) results.replaceChildren(...page.notes.map((note) => el("p", { class: "warning" }, note)), ...rest);
+  }
+
+  // Work of which one at a time is asked for: what comes meanwhile is done once more at its end.
+  const latest = (work) => {
+    let busy = null, again = false;
+    const go = () => {
+      again = Boolean(busy);
+      return busy || (busy = work().finally(() => {
+        busy = null;
+        if (again) tried(go());
+      }));
+    };
+    return go;
+  };
+
+  // Checks and draws the recipe as it stands; an answer on an earlier text is dropped.
+  let typing = 0;
+  const changed = () => {
+    state.dirty = true;
+    state.pinned = false;
+    ++state.round;
+    refreshBar();
+    clearTimeout(typing);
+    typing = setTimeout(() => tried(check()), kTyping);
+  };
+  const check = latest(async () => {
+    const { round } = state, page = await post("/api/preview", { path: state.path, text: editor.text });
+    if (round !== state.round) return;
+    editor.mark(page.problem ? page : null);
+    findings.textContent = "";
+    if (page.problem) return;
+    if (!state.pinned) draw(page, false);
+    setTimeout(() => round === state.round && tried(estimate()), kResting);
+  });
+  const estimate = latest(async () => {
+    findings.textContent = "Estimating what a run takes ...";
+    const { round } = state, found = await post("/api/check", { path: state.path, text: editor.text });
+    if (round === state.round) findings.textContent = found.problem || found.text;
+  });
+
+  // Recipes.
+  async function open(path, shipped) {
+    const found = await get(shipped ? `/api/text?shipped=${encodeURIComponent(shipped)}` : `/api/text?path=${encodeURIComponent(path)}`);
+    Object.assign(state, { path, digest: found.digest, dirty: Boolean(shipped), pinned: false });
+    ++state.round;
+    editor.text = found.text;
+    document.title = `${path} (Sidewall)`;
+    refreshBar();
+    await check();
+  }
+  function pick(value) {
+    const [kind, name] = [value.slice(0, 2), value.slice(2)];
+    if (state.dirty && !confirm(`${state.path} is not saved: leave it?`)) return refreshBar();
+    if (kind === "f:") return tried(open(name));
+    const path = prompt("Name of the new recipe", name);
+    return path ? tried(open(path.endsWith(".toml") ? path : `${path}.toml`, name)) : refreshBar();
+  }
+  async function save() {
+    const text = editor.text, reply = await post("/api/save", { path: state.path, text, digest: state.digest });
+    if (reply.changed && confirm(`${state.path} has changed on the disk since it was opened. Load that version? Cancel keeps yours, unsaved.`))
+      return open(state.path);
+    state.digest = told(reply).digest;
+    state.dirty = editor.text !== text;
+    say(`${state.path} is saved`);
+    await poll();
+  }
+
+  // Runs.
+  const shownRun = () => state.runs.find((run) => state.shown.length === 1 && run.path === state.shown[0]);
+  const free = (stem) => {
+    const taken = new Set(state.runs.map((run) => run.path));
+    for (let n = 1;; ++n) if (!taken.has(n > 1 ? `${stem}-${n}` : stem)) return n > 1 ? `${stem}-${n}` : stem;
+  };
+  async function begin(asked, kind) {
+    if (state.dirty || !state.digest) await save();
+    if (state.dirty) return;
+    const stem = state.path.replace(/^.*\//, "").replace(/\.toml$/, "");
+    const output = free(`results/${stem}${kind === "run" ? "" : `-${kind}`}`);
+    told(await post("/api/start", { ...asked, output }));
+    await watch(output);
+  }
+  const run = () => begin({ command: "run", recipe: state.path }, "run");
+  async function resume(path) {
+    told(await post("/api/start", { command: "run", recipe: `${path}/recipe.toml`, output: path, resume: true }));
+    await watch(path);
+  }
+  async function stop(path) {
+    const { asked } = await post("/api/stop", { run: path });
+    say(asked ? `${path} stops at the next time step` : `${path} is not running on this machine`, !asked);
+  }
+  // Waits until a run that was started shows itself, or says why it does not.
+  async function watch(path) {
+    say(`${path} begins`);
+    for (let tries = 0; tries < 40; ++tries) {
+      await new Promise((done) => setTimeout(done, 150));
+      await poll();
+      const found = state.runs.find((one) => one.path === path);
+      if (found && found.state !== "stopped") { say(""); return show([path], true); }
+    }
+    const { text } = await get(`/api/log?${query([path])}`);
+    const lines = text.trim().split("\n");
+    throw new Error(lines[lines.length - 1] || `${path} did not begin`);
+  }
+
+  // Shows runs: one with all it has, several beside each other.
+  async function show(paths, anew = false) {
+    if (!paths.length) { say("Mark runs in the table first.", true); return; }
+    const one = state.runs.find((run) => run.path === paths[0]), live = paths.length === 1 && one && one.state === "running";
+    if (anew) state.pinned = true;
+    state.shown = paths;
+    state.shownStamp = one ? one.stamp + one.state : "";
+    refreshBar();
+    const page = await get(`/api/results?${query(paths)}${live ? "&last=1" : ""}`);
+    if (page.problem) { if (anew && !live) say(page.problem, true); return; }
+    if (state.shown !== paths) return;
+    state.page = page;
+    drawRuns();
+    redraw();
+  }
+  function redraw() {
+    const copy = JSON.parse(JSON.stringify(state.page));
+    try { Sidewall.overlay(copy, state.profiles); } catch (error) { say(error.message, true); }
+    if (copy.kind === "runs") copy.sections = copy.sections.filter((section) => section.type !== "table");  // it is above
+    if (!state.pinned) copy.sections = copy.sections.filter((section) => section.type !== "view");
+    draw(copy, true);
+  }
+  async function showLog(path) {
+    const { text } = await get(`/api/log?${query([path])}`);
+    results.replaceChildren(el("section", {}, el("h2", {}, `Log of ${path}`), el("pre", { class: "toml" }, text)));
+    state.shown = [];
+  }
+
+  function progress(one) {
+    if (one.state === "finished" || !(one.total > 0)) return one.state;
+    const share = Math.min(1, (one.time || 0) / one.total);
+    return el("span", { class: "progress", title: `${number(one.time || 0)} of ${number(one.total)} ${one.unit}` },
+              el("i", { style: `width:${60 * share}px` }), ` ${one.state}, ${number(one.time || 0, 3)} of ${number(one.total, 3)} ${one.unit}`);
+  }
+  function drawRuns() {
+    const columns = state.table ? state.table.columns.slice(1) : [];
+    const rows = new Map(state.table ? state.table.rows.map((row) => [row[0], row.slice(1)]) : []);
+    const cell = (value) => el("td", { class: typeof value === "number" ? "number" : "" },
+                               typeof value === "number" ? number(value, 5) : value === null || value === undefined ? "" : String(value));
+    const body = state.runs.map((one) => {
+      const box = el("input", { type: "checkbox", "aria-label": `mark ${one.path}`, onchange: () => {
+        if (box.checked) state.chosen.add(one.path); else state.chosen.delete(one.path);
+        refreshBar();
+      } });
+      box.checked = state.chosen.has(one.path);
+      return el("tr", { class: state.shown.includes(one.path) ? "shown" : "" }, el("td", {}, box),
+        el("td", {}, button(one.path, "show it", () => tried(show([one.path], true)))), el("td", {}, one.kind), el("td", {}, progress(one)),
+        el("td", {}, one.state === "running" ? button("Stop", "stop it", () => tried(stop(one.path)))
+          : one.state === "stopped" ? button("Resume", "go on", () => tried(resume(one.path))) : "",
+          button("Log", "what it said", () => tried(showLog(one.path)))),
+        ...columns.map((_, k) => cell((rows.get(one.path) || [])[k])));
+    });
+    const heads = ["", "run", "kind", "state", "", ...columns.map((c) => c.name + (c.unit ? ` [${c.unit}]` : ""))];
+    runs.replaceChildren(el("section", {}, el("h2", {}, "Runs"), state.runs.length
+      ? el("div", { class: "scroll", tabindex: "0" }, el("table", { class: "plain" },
+           el("thead", {}, el("tr", {}, ...heads.map((name) => el("th", { scope: "col" }, name)))), el("tbody", {}, ...body)))
+      : el("p", { class: "none" }, "None yet: Run starts one in the folder results.")));
+  }
+
+  function refreshBar() {
+    const one = shownRun();
+    buttons.save.disabled = !state.path || !state.dirty;
+    buttons.run.disabled = !state.path;
+    buttons.stop.hidden = !one || one.state !== "running";
+    buttons.resume.hidden = !one || one.state !== "stopped" || one.kind !== "run";
+    buttons.compare.disabled = state.chosen.size < 2;
+    const option = (kind, name, text = name) => el("option", { value: kind + name }, text);
+    const here = (state.recipes || []).slice();
+    if (state.path && !here.includes(state.path)) here.unshift(state.path);
+    choose.replaceChildren(
+      el("optgroup", { label: "Recipes of the folder" },
+         ...here.map((name) => option("f:", name, name + (name === state.path && state.dirty ? " *" : "")))),
+      el("optgroup", { label: "New, from one that came with the program" }, ...(keys ? keys.shipped : []).map((name) => option("s:", name))));
+    choose.value = `f:${state.path}`;
+  }
+
+  let polling = null;
+  const poll = () => polling || (polling = look().finally(() => { polling = null; }));
+  async function look() {
+    const found = await get("/api/contents");
+    const stamps = JSON.stringify(found.runs);
+    const news = stamps !== state.stamps || JSON.stringify(found.recipes) !== JSON.stringify(state.recipes);
+    state.recipes = found.recipes;
+    state.runs = found.runs;
+    state.first = found.recipe;
+    if (!news) return;
+    if (stamps !== state.stamps) state.table = await get("/api/table");
+    state.stamps = stamps;
+    drawRuns();
+    if (document.activeElement !== choose) refreshBar();
+    const one = shownRun();
+    if (one && one.stamp + one.state !== state.shownStamp) await show(state.shown);
+  }
+
+  // A measured profile that is dropped is kept beside the recipe, where a fit finds it.
+  async function dropped(file) {
+    const text = await file.text();
+    const { columns } = told(await post("/api/profile", { text }));
+    Sidewall.profilePoints(columns);
+    let saved = await post("/api/save", { path: file.name, text, digest: "" });
+    if (saved.changed && confirm(`${file.name} is there already: replace it?`))
+      saved = await post("/api/save", { path: file.name, text, digest: saved.digest });
+    if (!saved.changed) told(saved);
+    state.profiles = [...state.profiles.filter((profile) => profile.path !== file.name), { name: file.name, path: file.name, columns }];
+    form.showProfiles();
+    say(`${file.name}: over the profiles of the runs that are shown`);
+    if (state.page) redraw();
+  }
+  addEventListener("dragover", (event) => event.preventDefault());
+  addEventListener("drop", (event) => {
+    event.preventDefault();
+    for (const file of event.dataTransfer.files) tried(dropped(file));
+  });
+  addEventListener("keydown", (event) => {
+    if (!(event.ctrlKey || event.metaKey) || !["s", "Enter"].includes(event.key)) return;
+    event.preventDefault();
+    if (event.key === "s") tried(save());
+    else tried(run());
+  });
+  addEventListener("beforeunload", (event) => { if (state.dirty) event.preventDefault(); });
+
+  async function start() {
+    keys = await get("/api/keys");
+    editor = new Sidewall.Editor(left, keys.sections, changed);
+    left.append(findings, form);
+    await poll();
+    const first = state.first || state.recipes[0];
+    if (first) await open(first);
+    else say("This folder has no recipe yet: choose one that came with the program.");
+    refreshBar();
+    setInterval(() => document.hidden || poll().catch(() => say("The workbench does not answer: it has ended, or the connection is lost.", true)), kPoll);
+  }
+  Sidewall.workbench = { state, open, save, run, stop, resume, show, dropped, get editor() { return editor; } };
+  tried(start());
+})();

@@ -1,0 +1,300 @@
+#!/usr/bin/env python3
+"""The workbench in headless Chromium: workbench_browser.py PROGRAM FOLDER [PICTURE.png]
+
+Drives the page through the browser's DevTools pipe as a user does, in FOLDER, and prints what it found as JSON.
+Exit code 77: Chromium is missing or does not start here.
+"""
+import base64
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import time
+
+RECIPE = """# a trench that is filled
+[domain]
+extent = [2.0, 1.0]
+grid_spacing = 0.05
+
+[[layer]]
+material = "Si"
+shape = "trench"
+width = 1.0
+depth = 1.0
+
+[[step]]
+model = "single_particle"
+duration = 1.0
+rate = 0.3
+sticking = 0.5
+deposit = "SiO2"
+
+[flux]
+rays = 50_000
+
+[advection]
+cfl = 0.02
+
+[output]
+every = 0.05
+profiles = ["y=0"]
+
+[metrology]
+measures = ["depth", "film"]
+"""
+
+
+SMALL = RECIPE.replace("duration = 1.0", "duration = 0.3").replace("cfl = 0.02", "cfl = 0.5").replace("every = 0.05", "every = 0.3")
+
+
+class Browser:
+    """A page of headless Chromium, by the DevTools protocol over a pair of pipes."""
+
+    def __init__(self, folder):
+        to_browser, self.out = os.pipe()
+        self.back, from_browser = os.pipe()
+
+        def files():  # the browser reads 3 and writes 4
+            read, write = os.dup(to_browser), os.dup(from_browser)
+            os.dup2(read, 3)
+            os.dup2(write, 4)
+
+        self.process = subprocess.Popen(
+            ["chromium", "--headless", "--no-sandbox", "--disable-dev-shm-usage", "--use-angle=swiftshader",
+             "--enable-unsafe-swiftshader", "--window-size=1360,900", "--remote-debugging-pipe",
+             f"--user-data-dir={folder}/profile", "about:blank"],
+            preexec_fn=files, close_fds=False, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        os.close(to_browser)
+        os.close(from_browser)
+        self.number, self.buffer, self.events = 0, b"", []
+        self.session = None
+        target = [t for t in self.send("Target.getTargets")["targetInfos"] if t["type"] == "page"][0]
+        self.session = self.send("Target.attachToTarget", targetId=target["targetId"], flatten=True)["sessionId"]
+        for domain in ("Page", "Runtime", "Log"):
+            self.send(f"{domain}.enable")
+
+    def send(self, method, **params):
+        self.number += 1
+        message = {"id": self.number, "method": method, "params": params}
+        if self.session:
+            message["sessionId"] = self.session
+        os.write(self.out, json.dumps(message).encode() + b"\0")
+        while True:
+            while b"\0" not in self.buffer:
+                part = os.read(self.back, 1 << 16)
+                if not part:
+                    raise ConnectionError("the browser has ended")
+                self.buffer += part
+            text, self.buffer = self.buffer.split(b"\0", 1)
+            reply = json.loads(text)
+            if reply.get("id") == self.number:
+                if "error" in reply:
+                    raise RuntimeError(f"{method}: {reply['error']}")
+                return reply["result"]
+            self.events.append(reply)
+            if reply.get("method") == "Page.javascriptDialogOpening":  # a question: yes
+                answer = {"id": 1_000_000, "method": "Page.handleJavaScriptDialog", "params": {"accept": True},
+                          "sessionId": self.session}
+                os.write(self.out, json.dumps(answer).encode() + b"\0")
+
+    def js(self, expression):
+        result = self.send("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
+        if "exceptionDetails" in result:
+            raise RuntimeError(f"{expression}: {result['exceptionDetails']}")
+        return result["result"].get("value")
+
+    def until(self, expression, seconds=60):
+        end = time.time() + seconds
+        while time.time() < end:
+            value = self.js(expression)
+            if value:
+                return value
+            time.sleep(0.1)
+        raise TimeoutError(f"{expression}; the page says: {self.js('document.querySelector(`.status`).textContent')}; "
+                           f"{self.errors()}")
+
+    def key(self, key, code, number, modifiers=0):
+        for kind in ("rawKeyDown", "keyUp"):
+            self.send("Input.dispatchKeyEvent", type=kind, key=key, code=code, windowsVirtualKeyCode=number,
+                      modifiers=modifiers)
+
+    def type(self, text):
+        self.send("Input.insertText", text=text)
+
+    def picture(self, path):
+        data = self.send("Page.captureScreenshot", format="png", captureBeyondViewport=True)["data"]
+        with open(path, "wb") as file:
+            file.write(base64.b64decode(data))
+
+    def errors(self):
+        found = []
+        for event in self.events:
+            params = event.get("params", {})
+            if event.get("method") == "Runtime.exceptionThrown":
+                found.append(params["exceptionDetails"].get("exception", {}).get("description", "exception"))
+            if event.get("method") == "Runtime.consoleAPICalled" and params["type"] == "error":
+                found.append(str(params["args"]))
+            if event.get("method") == "Log.entryAdded" and params["entry"]["level"] == "error":
+                found.append(params["entry"]["text"] + " " + params["entry"].get("url", ""))
+        return found
+
+
+CONTROL = 2
+EDITOR = "Sidewall.workbench.editor"
+ROWS = "[...document.querySelectorAll('.runs tbody tr')]"
+
+
+def put_cursor(page, line, text):
+    """Replaces a line of the editor by typing."""
+    page.js(f"{EDITOR}.mirror.focus(); {EDITOR}.mirror.setSelection({{line: {line}, ch: 0}}, {{line: {line}, ch: 1000}})")
+    page.type(text)
+
+
+def press(page, text):
+    page.until(f"(() => {{ const b = [...document.querySelectorAll('.bar button')].find((x) => x.textContent === {text!r} "
+               "&& !x.hidden && !x.disabled); if (b) b.click(); return Boolean(b); })()")
+
+
+def drawn(page):
+    """What the view shows, as a text that differs with it."""
+    return page.js("document.querySelector('.pane canvas[tabindex]').toDataURL().length + '' + "
+                   "Sidewall.viewer.section.frames.length + Sidewall.viewer.section.frames[0].surface.p.slice(0, 500)")
+
+
+def duration_line(text):
+    return next(k for k, line in enumerate(text.splitlines()) if line.startswith("duration"))
+
+
+def edit(page, found):
+    page.until("Sidewall.viewer && Sidewall.viewer.aspect > 0")
+    before = drawn(page)
+    width = next(k for k, line in enumerate(RECIPE.splitlines()) if line.startswith("width"))
+    put_cursor(page, width, "wdith = 0.6")
+    found["problem"] = page.until("(document.querySelector('.CodeMirror .problem') || {}).textContent")
+    found["problem_below"] = page.js("[...document.querySelectorAll('.CodeMirror-code > div')].findIndex("
+                                     "(x) => x.querySelector('.problem'))") == width
+    put_cursor(page, width, "width = 0.6")
+    page.until("!document.querySelector('.CodeMirror .problem')")
+    page.until("document.querySelector('.findings').textContent.includes('wall time')")
+    found["findings"] = page.js("document.querySelector('.findings').textContent")
+    found["wafer_changed"] = drawn(page) != before
+    page.js(f"{EDITOR}.mirror.setCursor({{line: {duration_line(RECIPE)}, ch: 0}})")
+    found["help"] = page.js("document.querySelector('.help').textContent")
+    page.key("s", "KeyS", 83, CONTROL)
+    page.until("!Sidewall.workbench.state.dirty")
+
+
+def run_stop_resume(page, found):
+    page.js("document.activeElement.blur()")
+    page.key("Enter", "Enter", 13, CONTROL)
+    state = f"({ROWS}.find((r) => r.textContent.includes('results/trench')) || {{}}).textContent"
+    page.until(f"({state} || '').includes('running')")
+    frames = set()
+    end = time.time() + 60
+    while len(frames) < 3 and time.time() < end:
+        label = page.js("(document.querySelector('.pane .frame-label') || {}).textContent || ''")
+        if label.startswith("t = "):
+            frames.add(label)
+        time.sleep(0.1)
+    found["frames_while_running"] = sorted(frames)
+    press(page, "Stop")
+    page.until(f"({state} || '').includes('stopped')")
+    found["stopped"] = page.js(state)
+    press(page, "Resume")
+    page.until(f"({state} || '').includes('finished')", 300)
+    page.until("document.querySelectorAll('.results figure').length > 5")
+    found["charts"] = page.js("[...document.querySelectorAll('.results figcaption')].map((x) => x.textContent)")
+
+
+def drop(page, name, text):
+    page.js(f"(() => {{ const data = new DataTransfer(); data.items.add(new File([{json.dumps(text)}], '{name}')); "
+            "document.body.dispatchEvent(new DragEvent('drop', { dataTransfer: data, bubbles: true, cancelable: true })); })()")
+
+
+def fit(page, found, folder):
+    """Fits the sticking to the profile that a run with sticking 0.5 left."""
+    page.until("Sidewall.workbench.open('small.toml').then(() => true)")
+    press(page, "Run")
+    page.until("Sidewall.workbench.state.runs.some((r) => r.path === 'results/small' && r.state === 'finished')", 300)
+    with open(f"{folder}/results/small/profile_0001.csv") as file:
+        drop(page, "wanted.csv", file.read())
+    page.until("[...document.querySelectorAll('.study option')].some((o) => o.value === 'wanted.csv')")
+    line = next(k for k, text in enumerate(SMALL.splitlines()) if text.startswith("sticking"))
+    put_cursor(page, line, "sticking = 0.35")
+    page.js("document.querySelector('.study').open = true; "
+            "document.querySelector('.study select').value = 'wanted.csv'")
+    page.js("[...document.querySelectorAll('.study button')].find((b) => b.textContent === 'Fit').click()")
+    page.until("Sidewall.workbench.state.runs.some((r) => r.path === 'results/small-fit' && r.state === 'finished')", 300)
+    page.until("document.querySelectorAll('.results .interval').length === 1")
+    found["fitted"] = page.js("[document.querySelector('.interval code').textContent, "
+                              "Number(document.querySelector('.interval b').textContent)]")
+
+
+def compare(page, found):
+    put_cursor(page, duration_line(RECIPE), "duration = 0.3")
+    page.until("Sidewall.workbench.state.dirty")
+    press(page, "Run")
+    page.until(f"{ROWS}.length === 2 && {ROWS}.every((r) => r.textContent.includes('finished'))", 300)
+    page.js("document.querySelectorAll('.runs input[type=checkbox]').forEach((box) => box.click())")
+    press(page, "Compare")
+    page.until("[...document.querySelectorAll('.results h2')].some((x) => x.textContent === 'Last profiles')")
+    lines = "[...document.querySelectorAll('.results figure.shape .keys span')].map((x) => x.textContent)"
+    found["compared"] = page.js(lines)
+    found["differs"] = page.js("[...document.querySelectorAll('.runs th')].map((x) => x.textContent)")
+    # A measured profile is dropped on the page.
+    drop(page, "measured.csv", "x [nm],z [nm]\n" + "".join(f"{x},100\n" for x in range(-1000, -500, 100)))
+    page.until(f"{lines}.includes('measured.csv')")
+    found["dots"] = page.js("document.querySelectorAll('.results figure.shape .series circle').length")
+
+
+def main():
+    program, folder = sys.argv[1], sys.argv[2]
+    if not shutil.which("chromium"):
+        print("chromium is not installed")
+        return 77
+    with open(f"{folder}/trench.toml", "w") as file:
+        file.write(RECIPE)
+    with open(f"{folder}/small.toml", "w") as file:
+        file.write(SMALL)
+    server = subprocess.Popen([program, "open", f"{folder}/trench.toml", "--no-browser"], stdout=subprocess.PIPE, text=True)
+    page = None
+    try:
+        address = server.stdout.readline().strip()
+        assert re.fullmatch(r"http://127\.0\.0\.1:\d+/\?key=[0-9a-f]{32}", address), address
+        try:
+            page = Browser(folder)
+        except (ConnectionError, OSError):
+            print("chromium does not start here")
+            return 77
+        found = {}
+        page.send("Page.navigate", url=address)
+        page.until("typeof Sidewall === 'object' && Sidewall.workbench && Sidewall.workbench.state.digest")
+        edit(page, found)
+        run_stop_resume(page, found)
+        compare(page, found)
+        fit(page, found, folder)
+        found["address_bar"] = page.js("location.href")
+        found["width"] = page.js("[document.documentElement.scrollWidth, innerWidth]")
+        found["elsewhere"] = page.js("performance.getEntriesByType('resource').map((x) => x.name)"
+                                     ".filter((x) => !x.startsWith(location.origin + '/api/'))")
+        found["memory_kb"] = int(re.search(r"VmHWM:\s+(\d+)", open(f"/proc/{server.pid}/status").read())[1])
+        found["errors"] = page.errors() + page.js("Sidewall.errors")
+        if len(sys.argv) > 3:
+            page.picture(sys.argv[3])
+        server.send_signal(2)
+        found["exit_code"] = server.wait(10)
+        print(json.dumps(found, indent=1))
+        return 0
+    finally:
+        if page:
+            page.process.kill()
+            page.process.wait()
+        if server.poll() is None:
+            server.kill()
+        server.wait()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,89 @@
+#!/usr/bin/env python3
+"""Runs of the workbench without a browser: workbench_runs.py PROGRAM FOLDER. Prints what it found as JSON.
+
+A run outlives a server that is killed, another server shows and stops it, and the command line goes on with it.
+"""
+import json
+import os
+import subprocess
+import sys
+import time
+import urllib.parse
+import urllib.request
+
+
+class Server:
+    def __init__(self, program, folder):
+        self.process = subprocess.Popen([program, "open", folder, "--no-browser"], stdout=subprocess.PIPE, text=True)
+        address = self.process.stdout.readline().strip()
+        self.base, key = address.split("/?key=")
+        self.cookie = f"sidewall_{self.base.rsplit(':', 1)[1]}={key}"
+
+    def ask(self, path, body=None):
+        data = None if body is None else json.dumps(body).encode()
+        request = urllib.request.Request(self.base + path, data, {"Cookie": self.cookie})
+        with urllib.request.urlopen(request, timeout=60) as reply:
+            return json.load(reply)
+
+    def run(self):
+        runs = self.ask("/api/contents")["runs"]
+        return runs[0] if runs else {"state": "none"}
+
+    def until(self, *states):
+        end = time.time() + 60
+        while self.run()["state"] not in states:
+            if time.time() > end:
+                raise TimeoutError(f"{self.run()}, wanted {states}")
+            time.sleep(0.05)
+
+
+def rows(folder):
+    try:
+        with open(f"{folder}/results/one/timeline.csv") as file:
+            return sum(1 for _ in file)
+    except FileNotFoundError:  # it has just begun
+        return 0
+
+
+def main():
+    program, folder = sys.argv[1], sys.argv[2]
+    found, started = {}, time.time()
+    server = Server(program, folder)
+    try:
+        server.ask("/api/start", {"command": "run", "recipe": "recipe.toml", "output": "results/one"})
+        server.until("running")
+        server.process.kill()
+        server.process.wait()
+        server = Server(program, folder)
+        found["after_kill"] = server.run()["state"]
+        before = rows(folder)
+        while rows(folder) < before + 2 and time.time() < started + 60:
+            time.sleep(0.05)
+        found["went_on"] = rows(folder) >= before + 2
+        found["asked"] = server.ask("/api/stop", {"run": "results/one"})["asked"]
+        server.until("stopped")
+        found["checkpoint"] = os.path.exists(f"{folder}/results/one/checkpoint.vdb")
+        found["asked_again"] = server.ask("/api/stop", {"run": "results/one"})["asked"]
+        resumed = subprocess.run([program, "run", "recipe.toml", "-o", "results/one", "--resume", "--quiet"], cwd=folder)
+        found["resumed"] = resumed.returncode
+        found["at_last"] = server.run()["state"]
+        # A run over another one's folder says why it does not begin, in its log.
+        server.ask("/api/start", {"command": "run", "recipe": "other.toml", "output": "results/one"})
+        end = time.time() + 30
+        while time.time() < end:
+            log = server.ask("/api/log?run=" + urllib.parse.quote("results/one"))["text"]
+            if log:
+                break
+            time.sleep(0.05)
+        found["log"] = log
+        wrong = server.ask("/api/preview", {"path": "recipe.toml", "text": "[domain\n"})
+        found["wrong_line"] = wrong["line"]
+        server.process.terminate()
+        found["exit_code"] = server.process.wait(10)
+    finally:
+        if server.process.poll() is None:
+            server.process.kill()
+    print(json.dumps(found, indent=1))
+
+
+main()
