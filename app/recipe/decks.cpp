@@ -187,8 +187,7 @@ class Fitting {
                                                   high, use_.deck.name);
             notes_.push_back(
                 std::isnan(value)
-                    ? fmt::format("{}.{} is no number, so that nobody knows whether it lies in {}", use_.path,
-                                  key, where)
+                    ? fmt::format("{}.{} gives no number to compare with {}", use_.path, key, where)
                     : fmt::format("{}.{} = {:.4g} lies outside {}", use_.path, key, value, where));
         }
     }

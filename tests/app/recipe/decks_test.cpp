@@ -241,11 +241,11 @@ TEST_CASE("the range of a deck is in its units, and tells what is no number or l
     const std::string fluxes =
         "range = { \"etchant_flux/ion_flux\" = [1.0, 10.0] }\n[step]\nmodel = \"sf6_o2\"\netchant_flux = 0.0\n";
     CHECK_THAT(notes(fluxes + "ion_flux = 0.0\n", ""),
-               Contains("step[0].etchant_flux/ion_flux is no number") && Contains("1 to 10"));
+               Contains("step[0].etchant_flux/ion_flux gives no number") && Contains("1 to 10"));
     CHECK_THAT(notes("range = { \"parameters.k\" = [1.0, 2.0] }\n[step]\nmodel = \"formula\"\n"
                      "parameters = { k = \"1 + 4\" }\nrate = { Si = \"-k\" }\n",
                      ""),
-               Contains("step[0].parameters.k is no number"));
+               Contains("step[0].parameters.k gives no number"));
 }
 
 TEST_CASE("a wrong deck is refused by its file and line, and an unknown one with those there are") {
