@@ -43,8 +43,8 @@ fs::path file_of_deck(const toml::node& node, const std::string& path, const std
     if (!own && shipped().empty())
         fail(node, path,
              "the program's own chemistries are not found beside it: name a file that ends with .toml");
-    const fs::path file = own ? fs::absolute(fs::path(recipe).parent_path() / text->get()).lexically_normal()
-                              : shipped() / (text->get() + ".toml");
+    fs::path file = own ? fs::absolute(fs::path(recipe).parent_path() / text->get()).lexically_normal()
+                        : shipped() / (text->get() + ".toml");
     std::error_code failure;
     if ((own || plain) && fs::is_regular_file(file, failure)) return file;
     if (own)
