@@ -116,8 +116,11 @@ TEXT
     done < <(gallery)
 }
 
-# Lines of at most 130 characters; further ones begin with $2. What Markdown would take as markup is escaped.
-fold_text() { sed -E 's/[<>_*]/\\&/g' <<<"$1" | fold -s -w 128 | sed -E "s/ +$//; 2,\$s/^/${2:-}/"; }
+# Lines of at most 130 characters; further ones begin with $2. What Markdown would take as markup is escaped, but in `code`.
+fold_text() {
+    awk -F'`' -v OFS='`' '{ for (i = 1; i <= NF; i += 2) gsub(/[<>_*]/, "\\\\&", $i) } 1' <<<"$1" |
+        fold -s -w 128 | sed -E "s/ +$//; 2,\$s/^/${2:-}/"
+}
 
 check() {
     local bad=0 name size

@@ -6,6 +6,7 @@
 
 #include "app/commands/cli_options.hpp"
 #include "app/common/text.hpp"
+#include "app/recipe/decks.hpp"
 #include "app/recipe/recipe.hpp"
 #include "app/recipe/sections.hpp"
 
@@ -131,6 +132,12 @@ std::vector<KeyDoc> recipe_keys(const std::vector<std::string>& arguments) {
     return settable_keys();
 }
 
+std::vector<Candidate> deck_words() {
+    std::vector<Candidate> list;
+    for (const Deck& deck : shipped_decks()) list.push_back({deck.name, deck.title});
+    return list;
+}
+
 std::vector<Candidate> settings(const std::vector<KeyDoc>& keys, const std::string& word) {
     std::vector<Candidate> list;
     const auto equals = word.find('=');
@@ -139,12 +146,14 @@ std::vector<Candidate> settings(const std::vector<KeyDoc>& keys, const std::stri
             list.push_back({key.name + "=", key.unit.empty() ? key.doc : key.doc + " (" + key.unit + ")"});
         if (key.name != word.substr(0, equals)) continue;
         for (const std::string& value : key.words) list.push_back({key.name + "=" + value, key.doc});
+        if (key.name.ends_with(".chemistry"))
+            for (const auto& [deck, title] : deck_words()) list.push_back({key.name + "=" + deck, title});
     }
     return list;
 }
 
 std::vector<Candidate> model_words() {
-    std::vector<Candidate> list;
+    std::vector<Candidate> list{{"chemistry", "decks of numbers with sources"}};
     for (const SectionDoc& section : recipe_documentation()) {
         const std::string word = section.name.substr(0, section.name.find(' '));  // layer, of every shape
         if (list.empty() || list.back().word != word) list.push_back({word, section.doc});
@@ -164,6 +173,8 @@ Offer values(const CLI::Option& option, const Before& before, const std::string&
         if (part == "MESH" || part.starts_with("FILE")) offer.files = true;
         if (part == "DIR") offer.folders = true;
         if (part == "MODEL") offer.words = model_words();
+        if (part == "CHEMISTRY" && before.arguments == std::vector<std::string>{"chemistry"})
+            offer.words = deck_words();
         if (part.starts_with("KEY=")) offer.words = settings(recipe_keys(before.arguments), word);
     }
     return offer;

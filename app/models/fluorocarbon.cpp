@@ -17,7 +17,7 @@ struct Fluorocarbon {
     double sputter_threshold = 18.0, sputter_angle = 9.3;
     ByMaterial enhanced_yield{std::nullopt, {{"SiO2", 0.0361}, {"Mask", 0.0361}, {"Polymer", 0.0361}}};
     double enhanced_threshold = 4.0, enhanced_sites = 2.0;
-    double removal_yield = 0.0361, removal_threshold = 4.0;
+    double removal_yield = 0.1444, removal_threshold = 4.0;  // Rodrigues et al. (2023), table 1
     double evaporation = 0.0027895, activation_energy = 0.168, evaporation_sites = 2.0, temperature = 300.0;
     std::string deposit;
     Ions ions;
@@ -61,7 +61,7 @@ std::vector<Key> fluorocarbon_keys(Fluorocarbon& p) {
 
 // La Magna and Garozzo, J. Electrochem. Soc. 150, F178 (2003). Fluxes in 1e15 /cm^2/s. The defaults, beta_ep
 // = 0.6 and the stickings among them, are those that ViennaPS (psFluorocarbonEtching.hpp) gives for this
-// paper.
+// paper; but for A_p, which with its 0.0361 buries a flat wafer of oxide at 100 eV.
 Model make_fluorocarbon(const Fluorocarbon& p, const Materials& materials) {
     enum Tally : std::size_t { kIon, kSputter, kEnhanced, kRemoval, kEtchant, kPolymer };
     enum Site : std::size_t { kEtchantSite, kPolymerSite, kEtchantOnPolymer };

@@ -17,8 +17,8 @@ namespace {
 // Between seeds, depths and films of six quick recipes scattered by up to this, widths at a depth by up to
 // three times as much.
 constexpr double kAtWorstPlace = 1.3;
-// Models are not linear: noise above this would shift what they yield. At 0.08 the polymer of a Bosch hole opened where
-// noise had thinned it.
+// Models are not linear: noise above this would shift what they yield. At 0.08 the polymer of a Bosch hole
+// opened where noise had thinned it.
 constexpr double kLargest = 0.05;
 
 // Length that an open wafer moves in the step at most.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "app/common/files.hpp"
@@ -144,7 +145,12 @@ class Fitting {
                 values != nullptr && (numbers != nullptr || (text && key.rule.material))) {
                 // Where the key has no default, the program asks for what lacks a number.
                 if (numbers == nullptr || (*numbers)->fallback) note_unknown(*values, inner + key.name);
-                drop_idle(*values);
+                const std::vector<std::string> idle = drop_idle(*values);
+                if (values->empty() && key.rule.required)
+                    fail_missing(
+                        table, fmt::format("{}.{}{}", use_.path, inner, key.name),
+                        fmt::format("chemistry {} has numbers for {}, none of which is on this wafer",
+                                    use_.deck.name, fmt::join(idle, ", ")));
                 if (values->empty()) {
                     table.erase(key.name);
                     continue;
@@ -153,6 +159,7 @@ class Fitting {
             if (auto* file = node->as_string();
                 file != nullptr && from_deck(*node) && (key.name == "file" || key.name.ends_with("_file")))
                 file->get() = (use_.deck.file.parent_path() / file->get()).lexically_normal().string();
+            factors_[inner + key.name] = factor(key.unit);
             scale(*node, inner + key.name, factor(key.unit), text);
         }
     }
@@ -160,24 +167,28 @@ class Fitting {
     void note_range(const toml::table& step) {
         const auto* ranges = use_.deck.tables["range"].as_table();
         if (ranges == nullptr) return;
-        const auto number = [&](std::string_view key) {
-            const toml::node* node = find_node(step, key);
-            return node == nullptr ? NAN : node->value<double>().value_or(NAN);
-        };
         for (const auto& [name, range] : *ranges) {
             const std::string key(name.str());
             std::vector<double> ends;
             read_key(*ranges, "range", {key, &ends, "", "", sized(2)}, {default_materials(), notes_});
             const std::size_t slash = key.find('/');
-            const double value = number(key.substr(0, slash)) /
-                                 (slash == std::string::npos ? 1.0 : number(key.substr(slash + 1)));
+            const std::string above = key.substr(0, slash);
+            double value = number(step, above), scale = factor_of(above);
+            if (slash != std::string::npos) {
+                const std::string below = key.substr(slash + 1);
+                value /= number(step, below);
+                scale /= factor_of(below);
+            }
             constexpr double kRounding = 1e-9;
-            const double low = ends[0] - kRounding * std::abs(ends[0]),
-                         high = ends[1] + kRounding * std::abs(ends[1]);
-            if (value < low || value > high)
-                notes_.push_back(fmt::format(
-                    "{}.{} = {:.4g} lies outside {:g} to {:g}, where the sources of chemistry {} hold",
-                    use_.path, key, value, ends[0], ends[1], use_.deck.name));
+            const double low = scale * ends[0], high = scale * ends[1];
+            if (value >= low - kRounding * std::abs(low) && value <= high + kRounding * std::abs(high))
+                continue;
+            const std::string where = fmt::format("{:g} to {:g}, where the sources of chemistry {} hold", low,
+                                                  high, use_.deck.name);
+            notes_.push_back(
+                std::isnan(value)
+                    ? fmt::format("{}.{} gives no number to compare with {}", use_.path, key, where)
+                    : fmt::format("{}.{} = {:.4g} lies outside {}", use_.path, key, value, where));
         }
     }
 
@@ -210,13 +221,26 @@ class Fitting {
     }
 
     // The deck may know materials that the wafer never has.
-    void drop_idle(toml::table& values) const {
+    std::vector<std::string> drop_idle(toml::table& values) const {
         std::vector<std::string> idle;
         for (const auto& [name, value] : values)
             if (name.str() != "default" && from_deck(value) && !every_material_ &&
                 !materials_.contains(meant(name.str())))
                 idle.emplace_back(name.str());
         for (const std::string& name : idle) values.erase(name);
+        return idle;
+    }
+
+    static double number(const toml::table& step, const std::string& key) {
+        const toml::node* node = find_node(step, key);
+        return node == nullptr ? NAN : node->value<double>().value_or(NAN);
+    }
+
+    // Of the key, or of the table by material that it is in.
+    double factor_of(const std::string& key) const {
+        auto found = factors_.find(key);
+        if (found == factors_.end()) found = factors_.find(key.substr(0, key.rfind('.')));
+        return found == factors_.end() ? 1.0 : found->second;
     }
 
     void note_unknown(const toml::table& values, const std::string& key) {
@@ -240,6 +264,7 @@ class Fitting {
     std::vector<std::string>& notes_;
     std::set<std::string> materials_;
     bool every_material_;
+    std::map<std::string, double> factors_;  // from the deck's units into the recipe's, by key
     double length_ = 1.0, time_ = 1.0;
 };
 
@@ -249,7 +274,7 @@ void fit_deck(toml::table& root, const Use& use, std::vector<std::string>& notes
     if (step == nullptr || !step->is_table()) return;
     toml::table& table = *step->as_table();
     if (!table["chemistry"].is_boolean()) return;  // replaced since
-    table.erase("chemistry");
+    table.insert_or_assign("chemistry", use.deck.name);
     Step keys;
     keys.model = table["model"].value<std::string>().value_or("");
     if (const ModelEntry* model = find_model(keys.model)) keys.parameters = model->defaults;

@@ -79,7 +79,9 @@ std::string steps_text(const std::vector<Step>& steps, const std::string& header
                        const DomainSection& units) {
     std::string text;
     for (const Step& step : steps) {
-        text += section_text("[[" + header + "]]", step, units);
+        Step plain = step;
+        plain.chemistry.clear();  // its keys are all here
+        text += section_text("[[" + header + "]]", plain, units);
         text += steps_text(step.steps, header + ".steps", units);
     }
     return text;
@@ -151,6 +153,7 @@ std::vector<std::string> differences(const Step& now, const Step& there) {
     std::vector<std::string> list;
     Step unnamed = now;
     unnamed.name = there.name;
+    unnamed.chemistry = there.chemistry;  // its keys are compared
     compare("", unnamed, there, list);
     return list;
 }

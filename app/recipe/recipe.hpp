@@ -91,7 +91,7 @@ struct Layer {
 struct Step {
     std::string model;      ///< empty for a loop
     std::string name;       ///< what reports call it; empty: the model's name
-    std::string chemistry;  ///< never set in a parsed recipe, which holds the deck's keys (decks.hpp)
+    std::string chemistry;  ///< name of the deck that gave keys (decks.hpp), which is not stored
     double duration = 0.0;  ///< at most, if it has a stop condition (process/time_step.hpp)
     std::optional<double> stop_depth, stop_thickness;
     std::string stop_material;

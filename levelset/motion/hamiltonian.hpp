@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -187,11 +188,14 @@ inline Row beam_row(const std::array<OneSided, 3>& d, float inv_dx, const Vec3& 
 
 /// Replaces the differences from where a beam moves phi by what arrives at the node within a time step, where phi has a kink in
 /// the cell that it comes from: beside a wall a floor's distance ends within a cell, and a difference across that end
-/// would hold the floor back (subcell resolution; Harten, J. Comput. Phys. 83 (1989) 148).
+/// would hold the floor back (subcell resolution; Harten, J. Comput. Phys. 83 (1989) 148). Only of fronts that the axis meets
+/// at 37 degrees or less, and that are steeper along it than what follows: others opened slits beside walls on nodes.
 /// \param courant  facing times the time step over dx, by node.
 template <int R>
 void resolve_kinks(const float* v, float inv_dx, const Vec3& beam, const Row& courant,
                    std::array<OneSided, 3>& d) {
+    constexpr float kFacing = 0.8f;
+    const float kink_least = static_cast<float>(kKink) / inv_dx, most = 1.0f / inv_dx;  // phi is a distance
     for (std::size_t a = 0; a < 3; ++a) {
         for (std::size_t n = 0; n < kLanes; ++n) {
             const float shift = courant[n] * static_cast<float>(beam[static_cast<int>(a)]);  // in cells
@@ -201,11 +205,12 @@ void resolve_kinks(const float* v, float inv_dx, const Vec3& beam, const Row& co
             const float* node = v + n;
             const float own = node[0] - node[-from], across = node[from] - node[0],
                         beyond = node[2 * from] - node[from];
-            if (!((own - across) * (across - beyond) > 0.0f) ||
-                std::abs(own - beyond) * inv_dx <= static_cast<float>(kKink))
+            if (!((own - across) * (across - beyond) > 0.0f) || std::abs(own - beyond) <= kink_least ||
+                std::abs(own) <= std::max(kFacing * most, std::abs(beyond)))
                 continue;
             const float kink = (across - beyond) / (own - beyond), way = std::abs(shift);  // in cells
-            const float arrives = way <= kink ? own : (own * kink + beyond * (way - kink)) / way;
+            const float mean = way <= kink ? own : (own * kink + beyond * (way - kink)) / way,
+                        arrives = std::clamp(mean, -most, most);
             (above ? d[a].plus : d[a].minus)[n] = above ? arrives : -arrives;
         }
     }

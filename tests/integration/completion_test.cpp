@@ -115,6 +115,9 @@ TEST_CASE("a word is completed by what stands there: files, folders, models, met
     CHECK(candidates("flux a.vtp --boundary p") == Words{"periodic"});
     CHECK(candidates("models single") == Words{"single_particle"});
     CHECK(candidates("models lay") == Words{"layer"});
+    CHECK(candidates("models chem") == Words{"chemistry"});
+    CHECK(candidates("models chemistry cl_") == Words{"cl_ar_si", "cl_si"});
+    CHECK(candidates("models layer cl_").empty());
     CHECK(candidates("completion ''") == Words{"bash", "fish", "zsh"});
     CHECK(candidates("run x.toml --qu") == Words{"--quiet"});
     CHECK(candidates("simplify --weights ''").empty());
@@ -137,6 +140,8 @@ TEST_CASE("after --set the keys of the recipe named before it are offered, and t
           std::set<std::string>{"simplify.method=region", "simplify.method=region-bounded"});
     CHECK(candidates("check " + kRecipe + " --set step[0].steps[0].deposit=Si3") ==
           std::set<std::string>{"step[0].steps[0].deposit=Si3N4"});
+    CHECK(candidates("check " + kRecipe + " --set step[0].steps[1].chemistry=bosch_e") ==
+          std::set<std::string>{"step[0].steps[1].chemistry=bosch_etch"});
     CHECK(printed("completion fish -- check " + kRecipe + " --set metrology.mask") ==
           "metrology.mask_bottom=\tz below which undercut is measured (length)\n");
     CHECK(printed("completion zsh -- check " + kRecipe + " --set metrology.mask") ==

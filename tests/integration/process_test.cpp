@@ -196,7 +196,7 @@ TEST_CASE("a blanket wafer moves at every model's formula", "[slow]") {
     for (const double polymer : {100.0, 30.0})
         CHECK(blanket("SiO2",
                       "model = \"fluorocarbon\"\ndeposit = \"Polymer\"\nenhanced_yield = { Si = 0.0 }\n"
-                      "polymer_flux = " +
+                      "removal_yield = 0.0361\npolymer_flux = " +
                           std::to_string(polymer) + "\n" + ions) ==
               Approx(fluorocarbon(polymer)).epsilon(kTolerance));
 }

@@ -100,8 +100,6 @@ std::string meaning(const StepMaterials& here, const std::vector<BlanketRate>& r
     if (!grown.empty())
         words = fmt::format("grows {} on {}; ", deposit ? name(*deposit) : "a film", fmt::join(grown, ", "));
     words += etched.empty() ? "nothing is etched" : fmt::format("etches {}", fmt::join(etched, ", "));
-    if (etched.empty() && here.step->model == "fluorocarbon")
-        words += " (chemistry = \"c4f8_ar_oxide\" etches flat oxide)";
     if (!still.empty())
         words += fmt::format("; {} {} still", fmt::join(still, ", "), still.size() > 1 ? "stand" : "stands");
     return words;

@@ -65,6 +65,7 @@ Json steps_json(const std::vector<Step>& steps, const RunState& state) {
             {"mean_rate", number_or_null(mean_rate(end.grown, state.stack.domain, end.duration), kDigits)},
             {"time_steps", state.time_steps[k]},
             {"measures", Json::object()}};
+        if (!steps[k].chemistry.empty()) step["chemistry"] = steps[k].chemistry;
         if (end.has_stop)
             step["endpoint"] = {{"time", number_or_null(end.endpoint.value_or(kNone), kTimeDigits)},
                                 {"bare", share(end.endpoint_bare)},

@@ -215,6 +215,37 @@ TEST_CASE(
                Contains("step[0].rate: chemistry cf2_ar_oxide has no number for Si"));
     // Where the model has no default the program asks.
     CHECK_THROWS_WITH(with_deck("chemistry = \"c4f8_ar_oxide\"\n"), Contains("no value for Si"));
+    CHECK_THROWS_WITH(
+        parse_recipe(wafer({"Ge"}, "um", "s") + "[[step]]\nchemistry = \"hf_vapor_oxide\"\nduration = 1.0\n",
+                     "ge.toml"),
+        Contains("ge.toml:") && Contains("step[0].rate: chemistry hf_vapor_oxide has numbers for PolySi, Si, "
+                                         "Si3N4, SiO2, W, none of which is on this wafer"));
+}
+
+TEST_CASE("the range of a deck is in its units, and tells what is no number or lies in a table by material") {
+    const test::Folder folder;
+    const auto notes = [&](const std::string& deck, const std::string& step) {
+        std::ofstream(folder.path / "own.toml")
+            << "title = \"mine\"\nlength_unit = \"nm\"\ntime_unit = \"min\"\n"
+            << deck;
+        const Recipe recipe = parse_recipe(
+            wafer({"Si"}, "um", "s") + "[[step]]\nchemistry = \"own.toml\"\nduration = 1.0\n" + step,
+            (folder.path / "recipe.toml").string());
+        return fmt::format("{}", fmt::join(recipe.notes, "\n"));
+    };
+    const std::string rates =
+        "range = { \"rate.Si\" = [-120.0, -30.0] }\n[step]\nmodel = \"isotropic\"\nrate = { Si = -60.0 }\n";
+    CHECK_THAT(notes(rates, ""), !Contains("outside"));
+    CHECK_THAT(notes(rates, "rate = { Si = -0.01 }\n"),
+               Contains("step[0].rate.Si = -0.01 lies outside -0.002 to -0.0005"));
+    const std::string fluxes =
+        "range = { \"etchant_flux/ion_flux\" = [1.0, 10.0] }\n[step]\nmodel = \"sf6_o2\"\netchant_flux = 0.0\n";
+    CHECK_THAT(notes(fluxes + "ion_flux = 0.0\n", ""),
+               Contains("step[0].etchant_flux/ion_flux gives no number") && Contains("1 to 10"));
+    CHECK_THAT(notes("range = { \"parameters.k\" = [1.0, 2.0] }\n[step]\nmodel = \"formula\"\n"
+                     "parameters = { k = \"1 + 4\" }\nrate = { Si = \"-k\" }\n",
+                     ""),
+               Contains("step[0].parameters.k gives no number"));
 }
 
 TEST_CASE("a wrong deck is refused by its file and line, and an unknown one with those there are") {
@@ -280,6 +311,8 @@ TEST_CASE("a run of a recipe with a deck that is stopped and resumed gives the b
                             .observe = [&](const Moment& moment) { stop = moment.state.time > 0.2; }}),
         Interrupted);
     run_recipe(recipe, {.output = parts.path, .resume = true, .quiet = true});
+    CHECK_THAT(surface::read_whole_file(parts.path / "summary.json"),
+               Contains("\"chemistry\": \"koh_30_70c\""));
     for (const char* name : {"recipe.toml", "timeline.csv", "surface_0001.vtp"})
         CHECK(surface::read_whole_file(parts.path / name) == surface::read_whole_file(whole.path / name));
 }

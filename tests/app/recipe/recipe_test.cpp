@@ -227,8 +227,9 @@ TEST_CASE("a wrong override is named in the message", "[foreign]") {
         INFO(setting);
         CHECK(of(setting).starts_with(std::string("--set ") + setting + ": "));
     }
-    CHECK(message(kBase, {"flux.stages=all"})
-              .find("flux.stages = \"all\": needs advection.time_integration") != std::string::npos);
+    CHECK(
+        message(kBase, {"flux.stages=all"}).find("flux.stages = \"all\": needs advection.time_integration") !=
+        std::string::npos);
 }
 
 TEST_CASE("notes tell how the grid's spacing was rounded, and of beams that sides would mirror",
