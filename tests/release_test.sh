@@ -8,7 +8,8 @@
 # Run by hand as root, with debootstrap installed. ROOT: an unpacked minbase root to begin with, else debootstrap fetches
 # one (Debian 12's needs help with Ubuntu's, by the keyring of Ubuntu's package ubuntu-keyring: debootstrap --variant=minbase
 # --components=main,universe --keyring=ubuntu-archive-keyring.gpg noble ROOT http://archive.ubuntu.com/ubuntu
-# /usr/share/debootstrap/scripts/gutsy). MIRROR: a mirror to fetch from. APT_OPTIONS are apt-get's in there. CCACHE_DIR is used, if it is set.
+# /usr/share/debootstrap/scripts/gutsy). MIRROR: a mirror to fetch from. APT_OPTIONS are apt-get's in there. CCACHE_DIR is used, if it is
+# set. KEEP=1 leaves the root below TMPDIR, to look at what failed.
 set -euo pipefail
 [ "${SIDEWALL_IN_NAMESPACE:-}" ] || SIDEWALL_IN_NAMESPACE=1 exec unshare --mount --propagation private "$0" "$@"
 release=$1 what=${2:-sources}
@@ -19,7 +20,7 @@ folder=$(mktemp -d -p "${TMPDIR:-/var/tmp}")
 root=$folder/root
 cleanup() {
     for mounted in proc dev/pts dev/shm dev ccache; do ! mountpoint -q "$root/$mounted" || umount -l "$root/$mounted"; done
-    rm -rf --one-file-system "$folder"
+    if [ "${KEEP:-}" ]; then echo "kept: $root"; else rm -rf --one-file-system "$folder"; fi
 }
 trap cleanup EXIT
 case $release in noble) mirror=http://archive.ubuntu.com/ubuntu ;; *) mirror=http://deb.debian.org/debian ;; esac
