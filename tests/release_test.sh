@@ -62,6 +62,14 @@ uses_the_program() {
     as_user 'sidewall render results/trench_deposition -o picture.png && test -s picture.png'
 }
 
+# What was removed has left nothing.
+is_gone() {
+    rm -f "$root/usr/local/bin/sidewall"  # the test's own link
+    local left
+    left=$(find "$root" -xdev -name '*sidewall*' ! -path "$root/tmp/*")
+    [ -z "$left" ] || { say "left behind: $left"; exit 1; }
+}
+
 case $what in
     sources)
         if [ -n "${CCACHE_DIR:-}" ]; then
@@ -85,7 +93,7 @@ case $what in
         as_user "python3 -c 'import sidewall; print([step.time for step in sidewall.Simulation(\"$configs/quick/trench_deposition.toml\")][-1])'"
         as_user "python3 -m sidewall check --no-estimate $configs/quick/fin_deposition.toml >/dev/null"
         within apt-get purge -y -qq sidewall python3-sidewall >"$folder/log" 2>&1
-        within test ! -e /usr/share/sidewall
+        is_gone
         ;;
     archive)
         install xz-utils
@@ -96,6 +104,7 @@ case $what in
         as_user 'test -s sidewall/share/man/man1/sidewall.1 && test -s sidewall/share/doc/sidewall/docs/tutorial.md'
         as_user '! ldd sidewall/bin/sidewall | grep "not found"'
         as_user 'rm -r sidewall'
+        is_gone
         ;;
     wheel)
         install python3-venv python3-numpy python3-scipy  # NumPy is all that the wheel asks for, SciPy an example
@@ -107,7 +116,8 @@ case $what in
         cp -r "$source/docs/examples" "$home/examples"
         as_user 'cp -r venv/share/sidewall/configs . && . venv/bin/activate &&
             for example in examples/*.py; do python "$example" >/dev/null || exit 1; done'
-        as_user 'venv/bin/pip uninstall -q -y sidewall && ! test -e venv/share/sidewall && ! ls venv/lib/python3*/site-packages | grep sidewall'
+        as_user 'venv/bin/pip uninstall -q -y sidewall'
+        is_gone
         ;;
 esac
 say "$what: passed"
