@@ -62,6 +62,11 @@ uses_the_program() {
     as_user 'sidewall render results/trench_deposition -o picture.png && test -s picture.png'
 }
 
+# The commands in the block that docs/installing.md has under a heading.
+commands_under() {
+    awk -v heading="## $1" '/^## / { here = $0 == heading } /^```/ { inside = !inside; next } here && inside' "$source/docs/installing.md"
+}
+
 # What was removed has left nothing.
 is_gone() {
     rm -f "$root/usr/local/bin/sidewall"  # the test's own link
@@ -97,7 +102,9 @@ case $what in
         ;;
     archive)
         install xz-utils
-        as_user 'tar -xf /tmp/sidewall-*.tar.xz && mv sidewall-*-linux-* sidewall'
+        as_user 'cp /tmp/sidewall-*.tar.xz .'
+        as_user "set -e; $(commands_under "An archive that runs anywhere"); rm -r results"
+        as_user 'rm sidewall-*.tar.xz && mv sidewall-*-linux-* sidewall'
         within ln -s /home/engineer/sidewall/bin/sidewall /usr/local/bin/sidewall
         configs='~/sidewall/share/sidewall/configs'
         uses_the_program
@@ -109,7 +116,8 @@ case $what in
     wheel)
         install python3-venv python3-numpy python3-scipy  # NumPy is all that the wheel asks for, SciPy an example
         wheel=$(within python3 -c 'import sys; print(f"cp{sys.version_info.major}{sys.version_info.minor}")')
-        as_user "python3 -m venv --system-site-packages venv && venv/bin/pip install -q --no-index /tmp/sidewall-*-$wheel-$wheel-*.whl"
+        as_user "python3 -m venv --system-site-packages venv && cp /tmp/sidewall-*-$wheel-$wheel-*.whl ."
+        as_user "set -e; . venv/bin/activate; $(commands_under "A wheel"); rm -r sidewall-*.whl results"
         within ln -s /home/engineer/venv/bin/sidewall /usr/local/bin/sidewall
         configs='~/venv/share/sidewall/configs'
         uses_the_program
