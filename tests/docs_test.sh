@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Holds the guide to the program and to itself:
-#   docs_test.sh links                           every link of every page leads somewhere, and the gallery is up to date
+#   docs_test.sh links                           every link of every page leads somewhere; the gallery is up to date, and so is the version
 #   docs_test.sh commands BUILD_DIR SCRATCH      every command in a block marked sh runs, every part of a recipe in one marked
 #                                                toml is accepted; page after page in one folder that holds configs and the run that ./setup.sh run leaves
 set -euo pipefail
@@ -43,6 +43,10 @@ test_links() {
         [ "$size" -lt 100000 ] || { echo "$page has $size bytes, 100,000 or more"; bad=1; }
     done < <(find docs -type f -printf '%s %p\n')
     docs/make_gallery.sh --check || bad=1
+    local version
+    version=$(sed -n 's/^project(sidewall VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt)
+    grep -qx "version: $version" CITATION.cff || { echo "CITATION.cff is of another version than $version"; bad=1; }
+    [ "$(grep -m 1 '^## [0-9]' CHANGELOG.md)" = "## $version" ] || { echo "CHANGELOG.md does not begin with $version"; bad=1; }
     return $bad
 }
 

@@ -8,7 +8,8 @@
 # Run by hand as root, with debootstrap installed. ROOT: an unpacked minbase root to begin with, else debootstrap fetches
 # one (Debian 12's needs help with Ubuntu's, by the keyring of Ubuntu's package ubuntu-keyring: debootstrap --variant=minbase
 # --components=main,universe --keyring=ubuntu-archive-keyring.gpg noble ROOT http://archive.ubuntu.com/ubuntu
-# /usr/share/debootstrap/scripts/gutsy). MIRROR: a mirror to fetch from. APT_OPTIONS are apt-get's in there. CCACHE_DIR is used, if it is set.
+# /usr/share/debootstrap/scripts/gutsy). MIRROR: a mirror to fetch from. APT_OPTIONS are apt-get's in there. CCACHE_DIR is used, if it is
+# set. KEEP=1 leaves the root below TMPDIR, to look at what failed.
 set -euo pipefail
 [ "${SIDEWALL_IN_NAMESPACE:-}" ] || SIDEWALL_IN_NAMESPACE=1 exec unshare --mount --propagation private "$0" "$@"
 release=$1 what=${2:-sources}
@@ -19,7 +20,7 @@ folder=$(mktemp -d -p "${TMPDIR:-/var/tmp}")
 root=$folder/root
 cleanup() {
     for mounted in proc dev/pts dev/shm dev ccache; do ! mountpoint -q "$root/$mounted" || umount -l "$root/$mounted"; done
-    rm -rf --one-file-system "$folder"
+    if [ "${KEEP:-}" ]; then echo "kept: $root"; else rm -rf --one-file-system "$folder"; fi
 }
 trap cleanup EXIT
 case $release in noble) mirror=http://archive.ubuntu.com/ubuntu ;; *) mirror=http://deb.debian.org/debian ;; esac
@@ -61,6 +62,19 @@ uses_the_program() {
     as_user 'sidewall render results/trench_deposition -o picture.png && test -s picture.png'
 }
 
+# The commands in the block that docs/installing.md has under a heading.
+commands_under() {
+    awk -v heading="## $1" '/^## / { here = $0 == heading } /^```/ { inside = !inside; next } here && inside' "$source/docs/installing.md"
+}
+
+# What was removed has left nothing.
+is_gone() {
+    rm -f "$root/usr/local/bin/sidewall"  # the test's own link
+    local left
+    left=$(find "$root" -xdev -name '*sidewall*' ! -path "$root/tmp/*")
+    [ -z "$left" ] || { say "left behind: $left"; exit 1; }
+}
+
 case $what in
     sources)
         if [ -n "${CCACHE_DIR:-}" ]; then
@@ -84,29 +98,34 @@ case $what in
         as_user "python3 -c 'import sidewall; print([step.time for step in sidewall.Simulation(\"$configs/quick/trench_deposition.toml\")][-1])'"
         as_user "python3 -m sidewall check --no-estimate $configs/quick/fin_deposition.toml >/dev/null"
         within apt-get purge -y -qq sidewall python3-sidewall >"$folder/log" 2>&1
-        within test ! -e /usr/share/sidewall
+        is_gone
         ;;
     archive)
         install xz-utils
-        as_user 'tar -xf /tmp/sidewall-*.tar.xz && mv sidewall-*-linux-* sidewall'
+        as_user 'cp /tmp/sidewall-*.tar.xz .'
+        as_user "set -e; $(commands_under "An archive that runs anywhere"); rm -r results"
+        as_user 'rm sidewall-*.tar.xz && mv sidewall-*-linux-* sidewall'
         within ln -s /home/engineer/sidewall/bin/sidewall /usr/local/bin/sidewall
         configs='~/sidewall/share/sidewall/configs'
         uses_the_program
         as_user 'test -s sidewall/share/man/man1/sidewall.1 && test -s sidewall/share/doc/sidewall/docs/tutorial.md'
         as_user '! ldd sidewall/bin/sidewall | grep "not found"'
         as_user 'rm -r sidewall'
+        is_gone
         ;;
     wheel)
         install python3-venv python3-numpy python3-scipy  # NumPy is all that the wheel asks for, SciPy an example
         wheel=$(within python3 -c 'import sys; print(f"cp{sys.version_info.major}{sys.version_info.minor}")')
-        as_user "python3 -m venv --system-site-packages venv && venv/bin/pip install -q --no-index /tmp/sidewall-*-$wheel-$wheel-*.whl"
+        as_user "python3 -m venv --system-site-packages venv && cp /tmp/sidewall-*-$wheel-$wheel-*.whl ."
+        as_user "set -e; . venv/bin/activate; $(commands_under "A wheel"); rm -r sidewall-*.whl results"
         within ln -s /home/engineer/venv/bin/sidewall /usr/local/bin/sidewall
         configs='~/venv/share/sidewall/configs'
         uses_the_program
         cp -r "$source/docs/examples" "$home/examples"
         as_user 'cp -r venv/share/sidewall/configs . && . venv/bin/activate &&
             for example in examples/*.py; do python "$example" >/dev/null || exit 1; done'
-        as_user 'venv/bin/pip uninstall -q -y sidewall && ! test -e venv/share/sidewall && ! ls venv/lib/python3*/site-packages | grep sidewall'
+        as_user 'venv/bin/pip uninstall -q -y sidewall'
+        is_gone
         ;;
 esac
 say "$what: passed"

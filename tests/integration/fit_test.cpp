@@ -100,9 +100,7 @@ TEST_CASE("three hidden parameters of a deposition are found within 2 % in at mo
     }
 }
 
-TEST_CASE(
-    "three hidden parameters of an etch are found from two profiles, rates within 2 %, the exponent within 5",
-    "[slow]") {
+TEST_CASE("three hidden parameters of an etch are found within 2 % from two of its profiles", "[slow]") {
     const FitFolder c;
     fs::copy_file(SIDEWALL_SOURCE_DIR "/tests/assets/fit_etch.toml", c.path / "etch.toml");
     const std::string neutral = "step[0].species[0].rate.Si", ion = "step[0].species[1].rate.Si",
@@ -123,9 +121,8 @@ TEST_CASE(
     CHECK(fit["runs"] <= 40);
     CHECK(value(fit, neutral) == Approx(-0.35).epsilon(0.02));
     CHECK(value(fit, ion) == Approx(-0.6).epsilon(0.02));
-    // 60.6 +- 0.75 over 18 fits, of several seeds, compilers and versions of Embree: three standard
-    // deviations.
-    CHECK(value(fit, exponent) == Approx(60.0).epsilon(0.05));
+    // 59.95 +- 0.2 over five fits from as many starts and seeds: six standard deviations.
+    CHECK(value(fit, exponent) == Approx(60.0).epsilon(0.02));
 }
 
 TEST_CASE("two geometries tell together the rate that they share and what each has of its own", "[slow]") {
