@@ -81,7 +81,8 @@ class StackValues {
 
 // Whether a layer ends near the surface point at \p nearest: it is bare at a node beside the point, and more
 // than a third of the solid nodes around that cover it do so with more than \p cover. \param bare_at_point
-// the layer that is bare there: only its nodes count, unless it is the layer itself.
+// the layer that is bare there. Unless it is the layer itself, what counts is it and what it lies on: a mask
+// under a thin film covers the layer, and the film alone does not.
 bool ends_at(const StackValues& values, std::size_t layer, std::size_t bare_at_point,
              const openvdb::Coord& nearest, float touching, float cover) {
     const auto each_node = [&](int reach, auto&& use) {
@@ -100,7 +101,14 @@ bool ends_at(const StackValues& values, std::size_t layer, std::size_t bare_at_p
         if (top >= 0.0f) return;
         const float depth = values.layer(layer, node) - top;
         if (depth <= touching) return;
-        if (bare_at_point != layer && values.body(node, touching) != bare_at_point) return;
+        if (bare_at_point != layer) {
+            const std::size_t body = values.body(node, touching);
+            const bool in_cover = body > layer && body <= bare_at_point;
+            const bool under_film =
+                body <= layer && layer + 1 < bare_at_point &&
+                values.layer(layer, node) <= values.layer(bare_at_point - 1, node) + touching;
+            if (!in_cover && !under_film) return;
+        }
         (depth > cover ? thick : thin) += 1;
     });
     return 2 * thick > thin;
