@@ -1,6 +1,7 @@
 #include "flux/revolution.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "surface/error.hpp"
@@ -43,6 +44,55 @@ void share_rings(FluxField& by_vertex) {
         by_vertex.flux[v + 1] = by_vertex.flux[v];
         by_vertex.error[v + 1] = by_vertex.error[v];
     }
+}
+
+void smooth_about_axis(const TriangleMesh& sector, const Wedges& wedges, const FluxField& by_wedge,
+                       std::vector<double>& smooth, double resolution) {
+    constexpr std::size_t kMostRings = 18, kFewestRings = 4;
+    constexpr auto kNone = static_cast<std::size_t>(-1);
+    // Of the first triangle of a segment the corners are an end of each of its rings, in this order.
+    const auto ring = [&](std::size_t segment, std::size_t end) { return wedges.corner[6 * segment + end]; };
+    const auto radius = [&](std::size_t segment, std::size_t end) {
+        return sector.vertices[sector.triangles[2 * segment][end]].x();
+    };
+    std::vector<std::array<std::size_t, 2>> segments(wedges.count(), {kNone, kNone});  // of each ring
+    for (std::size_t k = 0; 2 * k < sector.triangles.size(); ++k)
+        for (std::size_t end = 0; end < 2; ++end) {
+            auto& of_ring = segments[ring(k, end)];
+            of_ring[of_ring[0] == kNone ? 0 : 1] = k;
+        }
+    struct Ring {
+        std::uint32_t wedge;
+        double r;
+    };
+    for (std::size_t first = 0; 2 * first < sector.triangles.size(); ++first)
+        for (std::size_t end = 0; end < 2; ++end) {
+            if (radius(first, end) != 0.0) continue;
+            std::vector<Ring> rings{{ring(first, end), 0.0}};
+            for (std::size_t k = first, from = end; k != kNone && rings.size() < kMostRings;) {
+                const std::uint32_t next = ring(k, 1 - from);
+                rings.push_back({next, radius(k, 1 - from)});
+                k = segments[next][segments[next][0] == k ? 1 : 0];
+                if (k != kNone) from = ring(k, 0) == next ? 0 : 1;
+            }
+            rings.resize(2 * rings.size() / 3);
+            if (rings.size() < kFewestRings) continue;
+            double sum = 0.0, sum_s = 0.0, sum_ss = 0.0, sum_f = 0.0, sum_sf = 0.0, variance = 0.0;
+            for (const auto& [w, r] : rings) {
+                const double area = wedges.area[w], s = r * r, f = by_wedge.flux[w];
+                sum += area, sum_s += area * s, sum_ss += area * s * s, sum_f += area * f,
+                    sum_sf += area * s * f, variance += area * by_wedge.error[w] * by_wedge.error[w];
+            }
+            const double mean = sum_f / sum, spread = sum * sum_ss - sum_s * sum_s;
+            variance /= sum;
+            const double tau = resolution * mean, all = variance + tau * tau;
+            if (!(spread > 0.0) || !(all > 0.0)) continue;
+            const double slope = (sum * sum_sf - sum_s * sum_f) / spread;
+            for (const auto& [w, r] : rings) {
+                const double fit = mean + slope * (r * r - sum_s / sum);
+                smooth[w] = by_wedge.flux[w] + variance / all * (std::max(0.0, fit) - by_wedge.flux[w]);
+            }
+        }
 }
 
 void share_segments(const TriangleMesh& sector, FluxField& by_triangle) {
@@ -232,6 +282,19 @@ RingHit Revolution::closest_front(const Vec3& origin, const Vec3& direction, dou
             for (; i > base && stack[i - 1].from < from[k]; --i) stack[i] = stack[i - 1];
             stack[i] = {node.child[k], from[k]};
         }
+    }
+    return best;
+}
+
+RingHit Revolution::nearest(const Vec3& point, double reach) const {
+    RingHit best{RingHit::kNone, reach, 0.0};
+    const double r = point.head<2>().norm();
+    for (std::uint32_t k = 0; k < segments_.size(); ++k) {
+        const Segment& s = segments_[k];
+        const double x = r - s.r, z = point.z() - s.z,
+                     along = std::clamp((x * s.dr + z * s.dz) * s.inverse_square, 0.0, 1.0),
+                     distance = std::hypot(x - along * s.dr, z - along * s.dz);
+        if (s.inverse_square > 0.0 && distance <= best.distance) best = {k, distance, along};
     }
     return best;
 }

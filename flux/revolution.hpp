@@ -34,6 +34,16 @@ void join_rings(const TriangleMesh& sector, Wedges& wedges);
 /// Gives both ends of each ring the flux of the ring: join_rings counts it at the first alone.
 void share_rings(FluxField& by_vertex);
 
+/// Takes the noise of the innermost rings, which are small, out of \p smooth: where the profile leaves the axis
+/// without a crease, the flux of the inner two thirds of the rings up to the next one, 12 at most, moves towards the
+/// parabola a + b r^2 that fits \p by_wedge there by least squares, rings weighted by area, which keeps the sum of
+/// what arrives. It moves by the share sigma^2 / (sigma^2 + tau^2) as in smoothed_flux: sigma is the rings' mean error,
+/// tau \p resolution times the parabola's mean, so that sharp fluxes stay as they are.
+/// \param wedges   joined by join_rings.
+/// \param smooth   from smoothed_flux, by wedge.
+void smooth_about_axis(const TriangleMesh& sector, const Wedges& wedges, const FluxField& by_wedge,
+                       std::vector<double>& smooth, double resolution = 0.02);
+
 /// Gives both triangles of each segment the flux of the whole segment: flights hit the first alone.
 void share_segments(const TriangleMesh& sector, FluxField& by_triangle);
 
@@ -57,6 +67,9 @@ class Revolution {
     /// start that rounding has put behind the surface comes out again, and a concave frustum is met at its far side.
     /// O(log n).
     RingHit closest_front(const Vec3& origin, const Vec3& direction, double reach) const;
+
+    /// The segment nearest to \p point, within \p reach. O(n): for the few paths that slip through.
+    RingHit nearest(const Vec3& point, double reach) const;
 
     /// Outward unit normal in the plane of x and z.
     Vec3 normal(std::uint32_t segment) const;

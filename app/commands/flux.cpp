@@ -15,6 +15,7 @@
 #include "app/common/processes.hpp"
 #include "app/common/text.hpp"
 #include "app/common/timing.hpp"
+#include "app/process/record/saved_meshes.hpp"
 #include "flux/radiosity/method_choice.hpp"
 #include "flux/radiosity/single_flux.hpp"
 #include "surface/files/mesh_io.hpp"
@@ -61,7 +62,7 @@ const char* name_of(Boundary boundary) {
 TriangleMesh read_repaired(const std::string& path) {
     surface::MeshMetadata metadata;
     TriangleMesh mesh = surface::read_mesh(path, &metadata);
-    if (std::ranges::count(metadata.texts, std::pair<std::string, std::string>("symmetry", "axial")) > 0)
+    if (is_round_profile(metadata))
         throw RecipeError(
             "{}: this is the profile of a round wafer, not a surface: `sidewall export DIR -o MESH.stl` "
             "makes its surface all around",

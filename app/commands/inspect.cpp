@@ -10,6 +10,7 @@
 #include "app/common/console.hpp"
 #include "app/common/files.hpp"
 #include "app/common/text.hpp"
+#include "app/devices/revolved.hpp"
 #include "app/process/record/saved_meshes.hpp"
 #include "app/recipe/figure_names.hpp"
 #include "app/results/metrology.hpp"
@@ -214,6 +215,7 @@ void inspect(const std::string& input, const std::string& json_file, const Wafer
     json["file"] = result.source.string();
     json["surface"] = mesh_json(result.surface);
     json["surface"]["import"] = import_words(result.surface);
+    if (is_round_profile(result.metadata)) json["surface"]["area"] = revolved_area(result.surface);
     for (const auto& [name, text] : result.metadata.texts) {
         json["metadata"][name] = text;
         if (text.find('\0') != std::string::npos) json["metadata"][name] = split(text, '\0');

@@ -5,6 +5,8 @@
 #include <iterator>
 #include <numbers>
 
+#include "surface/turn.hpp"
+
 namespace sidewall::app {
 
 TriangleMesh revolved(const TriangleMesh& strip, int sides) {
@@ -49,6 +51,14 @@ TriangleMesh revolved(const TriangleMesh& strip, int sides) {
             }
         }
     return body;
+}
+
+double revolved_area(const TriangleMesh& strip) {
+    const Box3 box = bounding_box(strip);
+    double area = 0.0;
+    for (std::size_t t = 0; t < strip.triangles.size(); ++t)
+        area += triangle_area(strip, t) * triangle_centroid(strip, t).x();
+    return area / share_of_turn(box.max.y() - box.min.y(), 1.0);
 }
 
 }  // namespace sidewall::app

@@ -10,4 +10,7 @@ namespace sidewall::app {
 /// \returns a mesh with the strip's values by triangle. O(sides x points of the curve).
 TriangleMesh revolved(const TriangleMesh& strip, int sides);
 
+/// The area of the surface all around, length^2, that \p strip stands for.
+double revolved_area(const TriangleMesh& strip);
+
 }  // namespace sidewall::app

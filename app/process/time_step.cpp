@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "app/process/arriving/rates.hpp"
 #include "app/process/arriving/surface_field.hpp"
@@ -16,6 +15,7 @@
 #include "levelset/meshes/extract.hpp"
 #include "surface/error.hpp"
 #include "surface/ray_scene.hpp"
+#include "surface/turn.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -62,9 +62,8 @@ double way_to(const StopRule& rule, const Recipe& recipe, const levelset::Materi
     if (now.unit == volume_unit(recipe)) {
         const levelset::Domain& domain = stack.domain;
         // Of a round wafer the area is at most what it would be if all of it lay at the radius.
-        const double width = domain.axial
-                                 ? (domain.max[1] - domain.min[1]) / (2.0 * std::numbers::pi * domain.max[0])
-                                 : width_of_strip(recipe);
+        const double width = domain.axial ? share_of_turn(domain.max[1] - domain.min[1], domain.max[0])
+                                          : width_of_strip(recipe);
         return left * width / total_area(surface);
     }
     return std::numeric_limits<double>::infinity();

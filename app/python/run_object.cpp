@@ -7,11 +7,13 @@
 
 #include <algorithm>
 
+#include "app/devices/revolved.hpp"
 #include "app/process/record/saved_meshes.hpp"
 #include "app/process/revision.hpp"
 #include "app/python/arrays.hpp"
 #include "app/python/interruptible.hpp"
 #include "app/recipe/effective_recipe.hpp"
+#include "app/recipe/recipe_domain.hpp"
 #include "app/results/metrology.hpp"
 #include "levelset/meshes/contact_lines.hpp"
 #include "surface/cut.hpp"
@@ -82,7 +84,14 @@ const app::Moment& StepObject::moment(const char* asked) const {
     return *moment_;
 }
 
-std::shared_ptr<TriangleMesh> StepObject::surface() {
+std::shared_ptr<TriangleMesh> StepObject::surface(std::optional<int> around) {
+    if (around) {
+        if (*around < 3 || !app::is_axial(simulation_->recipe().domain))
+            throw RecipeError(
+                "surface(around={}): must be at least 3, and the wafer round: domain.symmetry = \"axial\"",
+                *around);
+        return std::make_shared<TriangleMesh>(app::revolved(*surface({}), *around));
+    }
     if (!surface_) {
         const app::Moment& m = moment("surface()");
         surface_ = std::make_shared<TriangleMesh>(
@@ -109,7 +118,7 @@ py::dict StepObject::measures() {
 }
 
 py::dict StepObject::fluxes() {
-    const std::shared_ptr<TriangleMesh> mesh = surface();
+    const std::shared_ptr<TriangleMesh> mesh = surface({});
     const py::object owner = py::cast(mesh);
     py::dict fluxes;
     const std::string prefix = "flux_";
@@ -136,7 +145,7 @@ py::list StepObject::layers() {
 
 py::list StepObject::profile(const std::string& plane) {
     py::list lines;
-    for (const surface::Polyline& line : surface::cut_by_plane(*surface(), surface::parse_plane(plane))) {
+    for (const surface::Polyline& line : surface::cut_by_plane(*surface({}), surface::parse_plane(plane))) {
         std::vector<double> points;
         for (const Vec3& point : line.points) points.insert(points.end(), point.begin(), point.end());
         if (line.closed) points.insert(points.end(), line.points[0].begin(), line.points[0].end());
@@ -263,8 +272,11 @@ It keeps what it was asked for; anything else is available only until the next t
                                "what [metrology] asks for, by name; nan where it does not exist")
         .def_property_readonly("fluxes", &StepObject::fluxes,
                                "by name, a value for each triangle of surface(); 1 on an open plane")
-        .def("surface", &StepObject::surface,
-             "The surface, a Mesh with triangle_data material, flux_*, coverage_* and rate.")
+        .def(
+            "surface", &StepObject::surface, py::arg("around") = py::none(),
+            "The surface, a Mesh with triangle_data material, flux_*, coverage_* and rate. Of a round wafer (domain.symmetry = "
+            "\"axial\") it is the profile, x being the radius, as a strip that is no surface for flux(); around=64, say: the "
+            "surface all around, of so many sides.")
         .def("traced", &StepObject::traced,
              "The mesh that was traced, with flux_* and flux_error_* as counted there; None if nothing was.")
         .def("layers", &StepObject::layers,

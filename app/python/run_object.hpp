@@ -27,7 +27,7 @@ class StepObject {
     double time, dt;
     std::string step;
 
-    std::shared_ptr<TriangleMesh> surface();
+    std::shared_ptr<TriangleMesh> surface(std::optional<int> around);
     std::shared_ptr<TriangleMesh> traced();
     py::dict measures();
     py::dict fluxes();

@@ -99,7 +99,7 @@ void read_domain(const toml::table& root, Recipe& recipe) {
                           "larger spacing",
                           extent / domain.grid_spacing, extent, kMostAlong);
     });
-    if (is_flat(domain)) recipe.domain.boundary[1] = levelset::Side::periodic;
+    if (is_flat(domain) && !is_axial(domain)) recipe.domain.boundary[1] = levelset::Side::periodic;
     try {
         const levelset::Domain grid = domain_of(recipe);
         if (std::max(grid.cells[0], grid.cells[1]) < kFewestAlong)
@@ -357,6 +357,7 @@ levelset::Domain domain_of(const Recipe& recipe) {
     if (is_flat(domain)) extent[1] = extent[0] / std::max(1.0, std::round(extent[0] / domain.grid_spacing));
     levelset::Domain grid = levelset::make_domain(extent, domain.grid_spacing, domain.boundary);
     if (is_axial(domain)) {
+        grid.side[1] = levelset::Side::periodic;
         grid.min[0] = 0.0, grid.max[0] = extent[0];
         grid.axial = true;
     }

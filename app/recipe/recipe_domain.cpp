@@ -49,7 +49,7 @@ void check_symmetry(const DomainSection& domain) {
             "extent",
             "symmetry = \"axial\" asks for one number, the radius: for a square array of holes 0.564 times their "
             "pitch, for a hexagonal one 0.525 times");
-    if (domain.boundary[0] != levelset::Side::reflective)
+    if (std::ranges::count(domain.boundary, levelset::Side::periodic) > 0)
         throw KeyError(
             "boundary",
             "a round wafer ends at a mirror: drop this, or symmetry = \"axial\" and give extent two numbers");

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "flux/radiosity/exchange_samples.hpp"
+#include "surface/turn.hpp"
 
 namespace sidewall::flux {
 namespace {
@@ -89,7 +90,7 @@ RayDensities::RayDensities(const Geometry& geometry, const ProfileUnknowns& prof
         facet.area = triangle_area(mesh, t);
     }
     // A sector stands for a share of the turn: so densely connections from it end all around.
-    if (round()) image_share_[image_share_.size() / 2] = width_ / (2.0 * std::numbers::pi * box_.max[0]);
+    if (round()) image_share_[image_share_.size() / 2] = share_of_turn(width_, box_.max[0]);
     order_ = along_curve(mesh, bounding_box(mesh));
     item_of_.resize(order_.size());
     for (std::size_t i = 0; i < order_.size(); ++i) item_of_[order_[i]] = static_cast<std::uint32_t>(i);

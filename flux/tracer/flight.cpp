@@ -125,6 +125,18 @@ RoundFlight fly_round(const Geometry& geometry, const Vec3& position, const Vec3
                                                                way + kOverlap * geometry.skin);
         if (!hit && exit <= std::min(side, left)) {
             flight.end = rise > 0.0 ? FlightEnd::escaped : FlightEnd::leaked;
+            if (rise > 0.0) return flight;
+            // It began in a hollow edge, behind the other face by the rounding of its start: it arrives
+            // there.
+            const RingHit slipped = geometry.revolution->nearest(position, kOverlap * geometry.skin);
+            if (!slipped) return flight;
+            const Turned turned = turned_into_plane(position, direction);
+            flight.point = turned.point;
+            flight.direction = turned.direction;
+            flight.end = FlightEnd::hit;
+            flight.segment = slipped.segment;
+            flight.along = slipped.along;
+            flight.rescued = true;
             return flight;
         }
         const double step = hit ? hit.distance : way;

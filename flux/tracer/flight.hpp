@@ -67,6 +67,7 @@ struct RoundFlight {
     Vec3 point, direction;      ///< where it hit or collided, and the direction it arrives in
     double length = 0.0;        ///< of the way
     std::uint32_t flights = 0;  ///< one more than the times it met the mirror around
+    bool rescued = false;       ///< as of Flight
 };
 
 /// fly() in an axial box. Mirrors turn paths, so that what goes round within the cylinder stays there.

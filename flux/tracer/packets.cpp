@@ -346,6 +346,7 @@ void fly_all_round(const Geometry& geometry, Rays& rays, const Column<float>* fr
         const RoundFlight flight =
             fly_round(geometry, rays.point(row), rays.direction(row).normalized(), path);
         counts.segments += flight.flights;
+        counts.rescued += flight.rescued ? 1 : 0;
         rays.distance[row] = 0.0f;
         rays.set(row, flight.point, flight.direction);
         if (flight.end != FlightEnd::hit) {

@@ -7,12 +7,12 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <tuple>
 #include <unordered_map>
 
 #include "surface/parallel.hpp"
 #include "surface/ray_scene.hpp"
+#include "surface/turn.hpp"
 
 namespace sidewall::levelset {
 namespace {
@@ -199,7 +199,7 @@ double volume_over(const TriangleMesh& surface, std::size_t triangle, double lev
         const Vec3 middle = 0.5 * (surface.vertices[t[k]] + surface.vertices[t[(k + 1) % 3]]);
         mean += middle.x() * (middle.z() - level) / 3.0;
     }
-    return here.up * mean * 2.0 * std::numbers::pi / (domain.max[1] - domain.min[1]);
+    return here.up * mean / share_of_turn(domain.max[1] - domain.min[1], 1.0);
 }
 
 std::vector<std::uint32_t> piece_of_vertices(const TriangleMesh& surface, const Domain& domain) {

@@ -81,7 +81,8 @@ class StackValues {
 
 // Whether a layer ends near the surface point at \p nearest: it is bare at a node beside the point, and more
 // than a third of the solid nodes around that cover it do so with more than \p cover. \param bare_at_point
-// the layer that is bare there: only its nodes count, unless it is the layer itself.
+// the layer that is bare there. Unless it is the layer itself, what counts is it and what it lies on: a mask
+// under a thin film covers the layer. Where the film lies on the layer itself it covers it alone.
 bool ends_at(const StackValues& values, std::size_t layer, std::size_t bare_at_point,
              const openvdb::Coord& nearest, float touching, float cover) {
     const auto each_node = [&](int reach, auto&& use) {
@@ -94,16 +95,23 @@ bool ends_at(const StackValues& values, std::size_t layer, std::size_t bare_at_p
         is_bare = is_bare || values.layer(layer, node) - values.top(node) <= touching;
     });
     if (!is_bare) return false;
-    int thick = 0, thin = 0;
+    int thick = 0, thin = 0, under_film = 0;
     each_node(2, [&](const openvdb::Coord& node) {
         const float top = values.top(node);
         if (top >= 0.0f) return;
         const float depth = values.layer(layer, node) - top;
         if (depth <= touching) return;
-        if (bare_at_point != layer && values.body(node, touching) != bare_at_point) return;
+        if (bare_at_point != layer) {
+            const std::size_t body = values.body(node, touching);
+            const bool film_alone =
+                body <= layer && layer + 1 < bare_at_point &&
+                values.layer(layer, node) <= values.layer(bare_at_point - 1, node) + touching;
+            under_film += film_alone ? 1 : 0;
+            if (!film_alone && (body <= layer || body > bare_at_point)) return;
+        }
         (depth > cover ? thick : thin) += 1;
     });
-    return 2 * thick > thin;
+    return 2 * thick > thin && thick > under_film;
 }
 
 // A node at the edge of its body.

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "flux/radiosity/radiosity.hpp"
+#include "flux/tracer/flight.hpp"
 #include "flux/tracer/tracer.hpp"
 #include "tests/flux/cylinders.hpp"
 #include "tests/flux/revolved_mesh.hpp"
@@ -116,6 +117,18 @@ TEST_CASE("a round hole transmits what Clausing computed, without a leak") {
     }
 }
 
+TEST_CASE("what starts in a hollow edge, behind a face by the rounding of its start, arrives there") {
+    const Revolved body(hole(1.0), 0.1);
+    const Geometry geometry = make_geometry(body.mesh, body.scene, body.box);
+    const Vec3 start(1.0, 0.0, -1.0 - 1e-8);  // off the wall's foot, downwards
+    const RoundFlight flight = fly_round(geometry, start, Vec3(-0.6, 0.0, -0.8));
+    CHECK(flight.end == FlightEnd::hit);
+    CHECK(flight.rescued);
+    CHECK(flight.point.isApprox(start, 1e-6));
+    // A start that is clearly below the surface leaks: that is no rounding.
+    CHECK(fly_round(geometry, Vec3(0.5, 0.0, -1.1), Vec3(0.0, 0.0, -1.0)).end == FlightEnd::leaked);
+}
+
 TEST_CASE("the floor of a round hole sees the view factor of its opening, at the axis as beside it") {
     const double depth = 1.5;
     const Revolved body(hole(depth), 0.1);
@@ -130,6 +143,52 @@ TEST_CASE("the floor of a round hole sees the view factor of its opening, at the
         INFO("r = " << p.x());
         CHECK(result.triangle.flux[t] ==
               Approx(disk_view(depth, p.x())).margin(4.0 * result.triangle.error[t] + 2e-4));
+    }
+}
+
+TEST_CASE(
+    "the innermost rings have no more noise than those farther out, keep what arrives, and are not off") {
+    // Ten cells a radius. Each of the first cells' rings has less than a fifth of the area of those beyond
+    // three cells.
+    const double depth = 1.5;
+    const Revolved body(hole(depth), 0.1);
+    constexpr int kSeeds = 64;
+    struct Ring {
+        double r, area, sum = 0.0, squares = 0.0;
+    };
+    std::vector<Ring> rings;
+    std::vector<std::uint32_t> wedge;
+    for (std::size_t t = 0; t < body.mesh.triangles.size(); t += 2) {
+        const Vec3& p = body.mesh.vertices[body.mesh.triangles[t][0]];
+        if (std::abs(p.z() + depth) > 1e-9 || p.x() > 0.75) continue;
+        wedge.push_back(body.wedges.corner[3 * t]);
+        rings.push_back({p.x(), body.wedges.area[wedge.back()]});
+    }
+    REQUIRE(rings.size() == 8);
+    for (int seed = 1; seed <= kSeeds; ++seed) {
+        TraceOptions options;
+        options.rays = 20'000;
+        options.seed = static_cast<std::uint64_t>(seed);
+        const FluxField raw = trace_flux(body.mesh, body.scene, body.box, {}, {}, body.wedges, options).wedge;
+        std::vector<double> smooth = raw.flux;
+        smooth_about_axis(body.mesh, body.wedges, raw, smooth, 1e-6);
+        double before = 0.0, after = 0.0;
+        for (std::size_t k = 0; k < rings.size(); ++k) {
+            rings[k].sum += smooth[wedge[k]], rings[k].squares += smooth[wedge[k]] * smooth[wedge[k]];
+            before += rings[k].area * raw.flux[wedge[k]], after += rings[k].area * smooth[wedge[k]];
+        }
+        CHECK(after == Approx(before).epsilon(1e-9));
+    }
+    const auto noise = [&](const Ring& ring) {
+        return std::sqrt((ring.squares - ring.sum * ring.sum / kSeeds) / (kSeeds - 1));
+    };
+    for (const Ring& ring : rings) {
+        CAPTURE(ring.r, ring.sum / kSeeds, disk_view(depth, ring.r), noise(ring), noise(rings.back()));
+        // The last one lies beyond the parabola and is as it was counted.
+        CHECK(noise(ring) < 1.3 * noise(rings.back()));
+        // The parabola is off by what the view factor has of r^4, the tally by what a hat function sees.
+        CHECK(ring.sum / kSeeds ==
+              Approx(disk_view(depth, ring.r)).epsilon(0.01).margin(3.0 * noise(ring) / 8.0));
     }
 }
 

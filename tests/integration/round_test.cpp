@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
@@ -85,6 +87,7 @@ TEST_CASE("what is not round is refused, and the message says what would work", 
     };
     domain("extent = [2.0, 2.0]\n", "one number");
     domain("extent = [2.0]\nboundary = \"periodic\"\n", "give extent two");
+    domain("extent = [2.0]\nboundary = [\"reflective\", \"periodic\"]\n", "give extent two");
     check(substrate +
               "[[step]]\nmodel = \"wet\"\nmaterial = \"Si\"\nduration = 1.0\n"
               "r100 = 0.8\nr110 = 1.4\nr111 = 0.01\nr311 = 1.4\n",
@@ -168,6 +171,38 @@ TEST_CASE("a round run has the same bits on one thread and several") {
     }
     CHECK(!surfaces[0].empty());
     CHECK(surfaces[0] == surfaces[1]);
+}
+
+TEST_CASE("a round run that was killed goes on to the same bits") {
+    const test::Folder folder;
+    test::write_bytes(folder.path / "round.toml",
+                      kRoundHole + kSticking + "[flux]\nrays = 20000\n[output]\nevery = 0.1\n");
+    REQUIRE(test::run_program(folder.path, "run round.toml -o whole --quiet").exit_code == 0);
+    bool in_the_middle = false;
+    for (int operation = 20; operation < 200 && !in_the_middle; operation += 20) {
+        const std::string arguments = "run round.toml -o killed --quiet";
+        CHECK(test::run_with_fault(folder.path, fmt::format("kill {}", operation), arguments + " --overwrite")
+                  .exit_code != 0);
+        in_the_middle = std::filesystem::exists(folder.path / "killed/checkpoint.vdb") &&
+                        test::last_time(folder.path / "killed") >= 0.1;
+        if (in_the_middle) CHECK(test::run_program(folder.path, arguments + " --resume").exit_code == 0);
+    }
+    REQUIRE(in_the_middle);
+    CHECK(test::read_bytes(folder.path / "killed/surface_0003.vtp") ==
+          test::read_bytes(folder.path / "whole/surface_0003.vtp"));
+}
+
+TEST_CASE("the area of a round wafer is that of its revolution") {
+    const test::Folder folder;
+    test::write_bytes(folder.path / "round.toml", kRoundHole + kSticking);
+    REQUIRE(test::run_program(folder.path, "run round.toml -o out --quiet").exit_code == 0);
+    REQUIRE(test::run_program(folder.path, "inspect out/surface_0000.vtp --json area.json").exit_code == 0);
+    const Json json = Json::parse(test::read_bytes(folder.path / "area.json"));
+    // Top and floor are a disc of radius 2, the wall is 2 high at radius 1. Saved surfaces cut off the rim
+    // and the foot within a cell of 0.1.
+    const double area = json["surface"]["area"].get<double>();
+    CHECK(area < 8.0 * kPi);
+    CHECK(area > 8.0 * kPi - 2.0 * (2.0 - std::sqrt(2.0)) * 0.1 * 2.0 * kPi);
 }
 
 TEST_CASE("rings that reach over the axis are refused") {

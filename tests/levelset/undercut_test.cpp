@@ -15,7 +15,8 @@ namespace {
 struct Opening {
     ShapeKind kind;
     double bottom, half,
-        thickness;  // of the mask: its underside, half its opening's width, its thickness; cells
+        thickness;      // of the mask: its underside, half its opening's width, its thickness; cells
+    double film = 0.0;  // on the mask's walls, of another inert material; the opening ends at it
 };
 
 // Silicon under an inert mask, etched by \p depth.
@@ -37,7 +38,13 @@ struct Undercut {
         mask.width = 2.0 * opening.half;
         mask.radius = opening.half;
         mask.depth = std::numeric_limits<double>::infinity();
-        stack = make_stack(domain, {{0, silicon}, {1, mask}});
+        Shape bare = mask;
+        bare.width += 2.0 * opening.film;
+        bare.radius += opening.film;
+        if (opening.film > 0.0)
+            stack = make_stack(domain, {{0, silicon}, {1, bare}, {2, mask}});
+        else
+            stack = make_stack(domain, {{0, silicon}, {1, mask}});
         const auto volume = [&] { return test::volume_above_zero(*stack.layers[0].phi, domain); };
         const double before = volume();
         test::move(stack, depth, options,
@@ -78,6 +85,20 @@ TEST_CASE("an isotropic etch sets out under a mask at once: quarter circles at e
                 CHECK(etched.removed / 2.0 == Approx(area).margin(0.1 * front));
                 CHECK(etched.front_error(depth) < 0.5);
             }
+}
+
+TEST_CASE("a film on a mask's walls, however thin, keeps no front from setting out under them") {
+    const double depth = 6.0;
+    for (const double film : {0.1, 0.24, 0.5, 0.7, 1.2})
+        for (const double beside : {-0.5, -0.24, 0.0, 0.24}) {
+            const Opening opening{ShapeKind::trench, 0.0, 8.0 + beside, 4.0, film};
+            const Undercut etched(opening, depth, kDefaults);
+            const double area = 2.0 * opening.half * depth + 0.5 * std::numbers::pi * depth * depth,
+                         front = 2.0 * opening.half + std::numbers::pi * depth;
+            CAPTURE(film, beside, etched.removed / 2.0 / area - 1.0);
+            CHECK(etched.removed / 2.0 == Approx(area).margin(0.1 * front));
+            CHECK(etched.front_error(depth) < 0.5);
+        }
 }
 
 TEST_CASE("the quarter circle under a mask depends neither on the scheme nor on the time step") {

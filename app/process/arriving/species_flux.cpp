@@ -10,6 +10,7 @@
 
 #include "app/process/arriving/radiosity_fluxes.hpp"
 #include "flux/radiosity/method_choice.hpp"
+#include "flux/revolution.hpp"
 #include "flux/tracer/smoothing.hpp"
 
 namespace sidewall::app {
@@ -218,6 +219,8 @@ void smooth(const Recipe& recipe, const TracedSurface& surface, SurfaceFlux& arr
                     ? wedge.flux
                     : flux::smoothed_flux(surface.flown(), arriving.wedges, wedge,
                                           whole_arrivals(surface.box, arriving.wedges, result)));
+            if (surface.sector && solved.back() == 0)
+                flux::smooth_about_axis(*surface.sector, arriving.wedges, wedge, arriving.flux.back());
             trace.error.push_back(wedge.error);
         }
     }

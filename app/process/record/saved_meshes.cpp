@@ -37,6 +37,10 @@ surface::MeshMetadata metadata_of(const Recipe& recipe, double time) {
     return metadata;
 }
 
+bool is_round_profile(const surface::MeshMetadata& metadata) {
+    return std::ranges::count(metadata.texts, std::pair<std::string, std::string>("symmetry", "axial")) > 0;
+}
+
 TriangleMesh traced_mesh(const Model& model, const TracedSurface& surface) {
     const SurfaceFlux& arriving = *surface.arriving;
     TriangleMesh mesh = surface.traced();

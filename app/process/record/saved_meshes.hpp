@@ -20,6 +20,9 @@ namespace sidewall::app {
 /// Units, materials and time.
 surface::MeshMetadata metadata_of(const Recipe& recipe, double time);
 
+/// Whether a mesh with this metadata is the profile of a round wafer, and no surface.
+bool is_round_profile(const surface::MeshMetadata& metadata);
+
 /// The extracted surface, divided where materials meet, with what each triangle's centroid receives and does: material,
 /// flux_*, coverage_*, rate; and flux_error_* by vertex if it was itself traced.
 /// \param cut  of extract_materials.
