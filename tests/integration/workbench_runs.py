@@ -72,7 +72,7 @@ def main():
         end = time.time() + 30
         while time.time() < end:
             log = server.ask("/api/log?run=" + urllib.parse.quote("results/one"))["text"]
-            if log:
+            if "sidewall: " in log:  # notes come first
                 break
             time.sleep(0.05)
         found["log"] = log
