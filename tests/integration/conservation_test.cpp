@@ -69,14 +69,17 @@ TEST_CASE("the film's volume is the integral of flux times rate times area, and 
     };
     // Marching cubes cuts off concave corners: the area, and with it the integral, falls short by a share of
     // dx.
-    for (const Row& row :
-         {Row{"trench_deposition.toml",
-              {"domain.extent=[10.0, 0.5]", "step[0].duration=1.0", "flux.rays=40000"},
-              {"0.25", "0.125", "0.0625"}},
-          Row{"hole_deposition.toml", {"flux.rays=100000"}, {"0.2", "0.1", "0.0666666666666667"}},
-          Row{"fin_deposition.toml",
-              {"domain.extent=[6.0, 0.25]", "step[0].duration=1.0", "flux.rays=40000"},
-              {"0.125", "0.0625", "0.03125"}}}) {
+    // Long time steps add to the hole's error what does not fall with dx: at cfl 0.5 the last is 0.47 to 0.54
+    // of the first, by seeds; at 0.1 it is 0.40 +- 0.01.
+    for (const Row& row : {Row{"trench_deposition.toml",
+                               {"domain.extent=[10.0, 0.5]", "step[0].duration=1.0", "flux.rays=40000"},
+                               {"0.25", "0.125", "0.0625"}},
+                           Row{"hole_deposition.toml",
+                               {"flux.rays=100000", "advection.cfl=0.1"},
+                               {"0.2", "0.1", "0.0666666666666667"}},
+                           Row{"fin_deposition.toml",
+                               {"domain.extent=[6.0, 0.25]", "step[0].duration=1.0", "flux.rays=40000"},
+                               {"0.125", "0.0625", "0.03125"}}}) {
         std::vector<double> errors;
         for (const std::string& spacing : row.spacings) {
             std::vector<std::string> overrides = row.overrides;
