@@ -49,11 +49,18 @@ void share_rings(FluxField& by_vertex) {
 void smooth_about_axis(const TriangleMesh& sector, const Wedges& wedges, const FluxField& by_wedge,
                        std::vector<double>& smooth, double resolution) {
     constexpr std::size_t kMostRings = 18, kFewestRings = 4;
+    constexpr double kMostMisfit = 2.0;  // of the variance: beyond, the flux is no parabola
     constexpr auto kNone = static_cast<std::size_t>(-1);
     // Of the first triangle of a segment the corners are an end of each of its rings, in this order.
     const auto ring = [&](std::size_t segment, std::size_t end) { return wedges.corner[6 * segment + end]; };
     const auto radius = [&](std::size_t segment, std::size_t end) {
         return sector.vertices[sector.triangles[2 * segment][end]].x();
+    };
+    // Whether a segment is more of a floor than of a wall, from its end nearer to the axis.
+    const auto goes_outwards = [&](std::size_t segment, std::size_t end) {
+        const auto& triangle = sector.triangles[2 * segment];
+        const Vec3 way = sector.vertices[triangle[1 - end]] - sector.vertices[triangle[end]];
+        return way.x() > 0.7 * way.norm();
     };
     std::vector<std::array<std::size_t, 2>> segments(wedges.count(), {kNone, kNone});  // of each ring
     for (std::size_t k = 0; 2 * k < sector.triangles.size(); ++k)
@@ -71,6 +78,7 @@ void smooth_about_axis(const TriangleMesh& sector, const Wedges& wedges, const F
             std::vector<Ring> rings{{ring(first, end), 0.0}};
             for (std::size_t k = first, from = end; k != kNone && rings.size() < kMostRings;) {
                 const std::uint32_t next = ring(k, 1 - from);
+                if (!goes_outwards(k, from)) break;
                 rings.push_back({next, radius(k, 1 - from)});
                 k = segments[next][segments[next][0] == k ? 1 : 0];
                 if (k != kNone) from = ring(k, 0) == next ? 0 : 1;
@@ -88,8 +96,13 @@ void smooth_about_axis(const TriangleMesh& sector, const Wedges& wedges, const F
             const double tau = resolution * mean, all = variance + tau * tau;
             if (!(spread > 0.0) || !(all > 0.0)) continue;
             const double slope = (sum * sum_sf - sum_s * sum_f) / spread;
+            const auto fit_at = [&](double r) { return mean + slope * (r * r - sum_s / sum); };
+            double misfit = 0.0;
+            for (const auto& [w, r] : rings)
+                misfit += wedges.area[w] * std::pow(by_wedge.flux[w] - fit_at(r), 2.0);
+            if (misfit / sum > kMostMisfit * variance) continue;
             for (const auto& [w, r] : rings) {
-                const double fit = mean + slope * (r * r - sum_s / sum);
+                const double fit = fit_at(r);
                 smooth[w] = by_wedge.flux[w] + variance / all * (std::max(0.0, fit) - by_wedge.flux[w]);
             }
         }

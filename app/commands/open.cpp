@@ -1,5 +1,9 @@
+#include <fmt/format.h>
+
+#include <unistd.h>
 #include <cstdlib>
 #include <memory>
+#include <optional>
 
 #include "app/commands/cli_options.hpp"
 #include "app/common/console.hpp"
@@ -19,8 +23,36 @@ struct OpenOptions {
     bool no_browser = false;
 };
 
+// A page that leads to an address, for its owner's eyes alone, until this is gone. Words of commands are
+// everybody's.
+class Signpost {
+  public:
+    explicit Signpost(const std::string& address) {
+        const char* own = std::getenv("XDG_RUNTIME_DIR");
+        path_ = (own != nullptr ? fs::path(own) : fs::temp_directory_path()) / "sidewall-XXXXXX.html";
+        std::string name = path_.string();
+        const int file = ::mkstemps(name.data(), 5);
+        if (file < 0) throw IoError("{}: cannot be made", name);
+        path_ = name;
+        const std::string page = fmt::format("<meta http-equiv=\"refresh\" content=\"0;url={}\">\n", address);
+        const bool written = ::write(file, page.data(), page.size()) == static_cast<ssize_t>(page.size());
+        ::close(file);
+        if (!written) throw IoError("{}: cannot be written", name);
+    }
+    ~Signpost() {
+        std::error_code ignored;
+        fs::remove(path_, ignored);
+    }
+    Signpost(const Signpost&) = delete;
+    Signpost& operator=(const Signpost&) = delete;
+    const fs::path& path() const { return path_; }
+
+  private:
+    fs::path path_;
+};
+
 // Shows the address, and opens it where there is a screen.
-void show(const std::string& address, const OpenOptions& options) {
+void show(const std::string& address, const OpenOptions& options, std::optional<Signpost>& signpost) {
     print_plain(
         "{}\nThe workbench is open at this address, on this machine alone; Ctrl-C ends it, and runs go on.\n",
         address);
@@ -29,7 +61,7 @@ void show(const std::string& address, const OpenOptions& options) {
         (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr))
         return;
     try {
-        start_program({"xdg-open", address}, "/", -1);
+        start_program({"xdg-open", signpost.emplace(address).path().string()}, "/", -1);
     } catch (const IoError&) {  // the address is on the screen
     }
 }
@@ -41,9 +73,10 @@ void open(const OpenOptions& options) {
     const OpenedFolder folder(file ? input.parent_path() : input);
     const Workbench workbench(folder, file ? input.filename().string() : "");
     install_interrupt_handler();
+    std::optional<Signpost> signpost;
     serve({.port = static_cast<std::uint16_t>(options.port),
            .token = random_token(),
-           .on_listening = [&](const std::string& address) { show(address, options); },
+           .on_listening = [&](const std::string& address) { show(address, options, signpost); },
            .stop = interrupted},
           [&](const WebRequest& request) { return workbench.answer(request); });
 }

@@ -35,8 +35,14 @@ Json mesh_sizes(const TriangleMesh& mesh) {
     return Json{{"vertices", mesh.vertices.size()}, {"triangles", mesh.triangles.size()}};
 }
 
+Json parse_json(const std::string& text) {
+    constexpr int kDeepest = 64;
+    return Json::parse(
+        text, [](int depth, Json::parse_event_t, Json&) { return depth < kDeepest; }, false);
+}
+
 Json read_json(const fs::path& path, const std::string& advice) {
-    Json json = Json::parse(surface::read_whole_file(path), nullptr, false);
+    Json json = parse_json(surface::read_whole_file(path));
     if (json.is_discarded()) throw FileError("{}: is no JSON: {}", path.string(), advice);
     return json;
 }

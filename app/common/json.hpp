@@ -23,6 +23,9 @@ Json number_or_null(double value, int digits = 17);
 /// The numbers of vertices and triangles: {"vertices": ..., "triangles": ...}.
 Json mesh_sizes(const TriangleMesh& mesh);
 
+/// The JSON of a text, discarded if it is none. What is nested deeper than 64 levels is left out: copies of it recurse.
+Json parse_json(const std::string& text);
+
 /// The JSON in a file.
 /// \throws FileError if the file is missing or no JSON; the message ends with \p advice.
 Json read_json(const std::filesystem::path& path, const std::string& advice);

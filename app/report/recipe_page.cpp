@@ -117,8 +117,13 @@ Json runs_table(const std::vector<fs::path>& folders, const std::vector<std::str
     std::map<std::string, std::set<std::string>> values;  // that a key has in all runs
     std::map<std::string, std::string> measures;          // and their units
     for (const fs::path& folder : folders) {
-        keys.push_back(keys_of_run(folder));
-        figures.push_back(figures_of(folder));
+        keys.emplace_back();
+        figures.emplace_back();
+        try {
+            keys.back() = keys_of_run(folder);
+            figures.back() = figures_of(folder);
+        } catch (const std::exception&) {  // files of another program, or damaged: the row stays empty
+        }
         measures.insert(figures.back().units.begin(), figures.back().units.end());
     }
     std::set<std::string> all;

@@ -25,8 +25,9 @@
       this.mirror.on("inputRead", (cm, change) => /[\w[]/.test(change.text[0]) && cm.showHint());
     }
 
-    get text() { return this.mirror.getValue(); }
+    get text() { return this.mirror.getValue(this.newline); }
     set text(text) {
+      this.newline = text.includes("\r\n") ? "\r\n" : "\n";
       this.mirror.setValue(text);
       this.mirror.clearHistory();
     }

@@ -7,6 +7,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <mutex>
 #include <utility>
 
 #include "app/common/files.hpp"
@@ -128,13 +129,14 @@ void OpenedFolder::write(const std::string& name, const std::string& text, const
     const Descriptor checked = open(folder, O_RDONLY | O_DIRECTORY);
     const surface::HeldFolder held(path_ / folder);
     if (!same_file(checked.number(), held.descriptor())) throw NotInside(folder + ": was replaced meanwhile");
-    std::string now;
-    try {
-        now = digest(read(name));
-    } catch (const NotInside&) {  // a new file
-    }
+    static std::mutex one_at_a_time;
+    const std::lock_guard guard(one_at_a_time);
+    const std::string own = fs::path(name).filename().string();
+    std::string now;  // of a new file
+    struct stat there {};
+    if (::fstatat(checked.number(), own.c_str(), &there, AT_SYMLINK_NOFOLLOW) == 0) now = digest(read(name));
     if (now != before) throw ChangedOnDisk(name + ": has changed on the disk since it was opened");
-    surface::write_whole_file(path_ / folder / fs::path(name).filename(), text);
+    surface::write_whole_file(path_ / folder / own, text);
 }
 
 void OpenedFolder::make_room_for(const std::string& name) const {
@@ -150,7 +152,7 @@ void OpenedFolder::make_room_for(const std::string& name) const {
 
 Descriptor OpenedFolder::open_log(const std::string& name) const {
     make_room_for(name);
-    return open(name, O_WRONLY | O_CREAT | O_TRUNC);
+    return open(name, O_WRONLY | O_CREAT | O_APPEND);
 }
 
 OpenedFolder::Contents OpenedFolder::contents() const {

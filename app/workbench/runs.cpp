@@ -99,7 +99,7 @@ std::string text_of(const Json& asked, const char* key) {
 
 // As the command line gets it: no option, whatever its name begins with.
 std::string plain_path(const std::string& name) {
-    return name.starts_with('-') ? "./" + name : name;
+    return "./" + name;
 }
 
 }  // namespace
@@ -121,7 +121,8 @@ std::vector<std::string> command_words(const OpenedFolder& folder, const Json& a
     folder.read(recipe);
     std::vector<std::string> words{"sidewall", command, plain_path(recipe), "-o",
                                    plain_path(text_of(asked, "output"))};
-    if (asked.value("resume", Json()) == true) words.emplace_back("--resume");
+    if (const auto resume = asked.find("resume"); resume != asked.end() && *resume == true)
+        words.emplace_back("--resume");
     for (const char* name : {"set", "vary", "target", "target_profile"}) {
         const auto list = asked.find(name);
         if (list == asked.end() || !list->is_array()) continue;

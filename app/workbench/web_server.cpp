@@ -30,7 +30,7 @@ using Seconds = std::chrono::seconds;
 constexpr std::uint32_t kMostHeader = 16'384;
 constexpr std::uint64_t kMostBody = 4'000'000;
 constexpr int kMostConnections = 64;
-constexpr std::size_t kThreads = 4;
+constexpr std::size_t kThreads = 16;  // two of which may ask the program
 constexpr Seconds kToArrive{20}, kToBeTaken{60};
 
 std::optional<int> hexadecimal(char c) {
@@ -100,13 +100,15 @@ std::string header(const Request& request, http::field name) {
     return {value.data(), value.size()};
 }
 
-bool from_here(const Request& request, std::uint16_t port) {
+// Whether a page of this server asks, or nobody's. One with the token may come from anywhere, as from the
+// file that opens a browser.
+bool from_here(const Request& request, std::uint16_t port, bool has_token) {
     const std::string host = header(request, http::field::host),
                       origin = header(request, http::field::origin);
     const auto fetch = request["Sec-Fetch-Site"];
     return (host == fmt::format("127.0.0.1:{}", port) || host == fmt::format("localhost:{}", port)) &&
            request.count(http::field::host) == 1 && (origin.empty() || origin == "http://" + host) &&
-           (fetch.empty() || fetch == "same-origin" || fetch == "none");
+           (has_token || fetch.empty() || fetch == "same-origin" || fetch == "none");
 }
 
 bool has_cookie(const Request& request, const Shared& shared) {
@@ -141,13 +143,14 @@ http::response<http::string_body> answer(const Request& request, const Shared& s
     const auto refused = [&](int status, const char* text) {
         return response_of(plain(status, text), request.version());
     };
-    if (!from_here(request, shared.options.port)) return refused(403, "refused: another host or origin\n");
     WebRequest wanted;
     const auto method = request.method_string();
     wanted.method = {method.data(), method.size()};
     if (!read_target({request.target().data(), request.target().size()}, wanted))
         return refused(400, "not a request\n");
     const bool first = wanted.path == "/" && same_secret(wanted.query["key"], shared.options.token);
+    if (!from_here(request, shared.options.port, first))
+        return refused(403, "refused: another host or origin\n");
     if (!first && !has_cookie(request, shared))
         return refused(403, "refused: open the address that sidewall open has printed\n");
     if (wanted.method != "GET" && wanted.method != "POST") return refused(405, "GET or POST\n");

