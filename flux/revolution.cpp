@@ -49,7 +49,6 @@ void share_rings(FluxField& by_vertex) {
 void smooth_about_axis(const TriangleMesh& sector, const Wedges& wedges, const FluxField& by_wedge,
                        std::vector<double>& smooth, double resolution) {
     constexpr std::size_t kMostRings = 18, kFewestRings = 4;
-    constexpr double kMostMisfit = 2.0;  // of the variance: beyond, the flux is no parabola
     constexpr auto kNone = static_cast<std::size_t>(-1);
     // Of the first triangle of a segment the corners are an end of each of its rings, in this order.
     const auto ring = [&](std::size_t segment, std::size_t end) { return wedges.corner[6 * segment + end]; };
@@ -96,13 +95,8 @@ void smooth_about_axis(const TriangleMesh& sector, const Wedges& wedges, const F
             const double tau = resolution * mean, all = variance + tau * tau;
             if (!(spread > 0.0) || !(all > 0.0)) continue;
             const double slope = (sum * sum_sf - sum_s * sum_f) / spread;
-            const auto fit_at = [&](double r) { return mean + slope * (r * r - sum_s / sum); };
-            double misfit = 0.0;
-            for (const auto& [w, r] : rings)
-                misfit += wedges.area[w] * std::pow(by_wedge.flux[w] - fit_at(r), 2.0);
-            if (misfit / sum > kMostMisfit * variance) continue;
             for (const auto& [w, r] : rings) {
-                const double fit = fit_at(r);
+                const double fit = mean + slope * (r * r - sum_s / sum);
                 smooth[w] = by_wedge.flux[w] + variance / all * (std::max(0.0, fit) - by_wedge.flux[w]);
             }
         }

@@ -38,8 +38,8 @@ void share_rings(FluxField& by_vertex);
 /// without a crease, the flux of the inner two thirds of the rings up to the next one or a wall, 12 at most, moves towards the
 /// parabola a + b r^2 that fits \p by_wedge there by least squares, rings weighted by area, which keeps the sum of
 /// what arrives. It moves by the share sigma^2 / (sigma^2 + tau^2) as in smoothed_flux: sigma is the rings' mean error,
-/// tau \p resolution times the parabola's mean, so that sharp fluxes stay as they are; so do those that the parabola misses by
-/// more than noise explains, as deep in a hole under a narrow source.
+/// tau \p resolution times the parabola's mean, so that sharp fluxes stay as they are.
+/// \pre the source is broad: deep in a hole under a narrow one the flux is no parabola.
 /// \param wedges   joined by join_rings.
 /// \param smooth   from smoothed_flux, by wedge.
 void smooth_about_axis(const TriangleMesh& sector, const Wedges& wedges, const FluxField& by_wedge,

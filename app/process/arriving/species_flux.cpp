@@ -202,7 +202,8 @@ void average(const Recipe& recipe, const TracedSurface& surface,
 
 // Sets the fluxes that models see. Smoothing is for counted hits: a solved flux has none, and its errors are
 // correlated with its neighbours'.
-void smooth(const Recipe& recipe, const TracedSurface& surface, SurfaceFlux& arriving) {
+void smooth(const Recipe& recipe, const Model& model, const TracedSurface& surface, SurfaceFlux& arriving) {
+    constexpr double kBroad = 2.0;  // cos^n sources up to this one are a parabola about the axis
     TraceReport& trace = *arriving.trace;
     arriving.flux.clear();
     std::vector<const flux::TallyFlux*> tallies;
@@ -219,7 +220,8 @@ void smooth(const Recipe& recipe, const TracedSurface& surface, SurfaceFlux& arr
                     ? wedge.flux
                     : flux::smoothed_flux(surface.flown(), arriving.wedges, wedge,
                                           whole_arrivals(surface.box, arriving.wedges, result)));
-            if (surface.sector && solved.back() == 0)
+            const bool broad = model.species[s].bins.empty() && model.species[s].source_exponent <= kBroad;
+            if (surface.sector && solved.back() == 0 && broad)
                 flux::smooth_about_axis(*surface.sector, arriving.wedges, wedge, arriving.flux.back());
             trace.error.push_back(wedge.error);
         }
@@ -270,7 +272,7 @@ void trace_species(const Recipe& recipe, const Model& model, const TracedSurface
                      arriving);
     shared.sticking.assign(sticking.begin(), sticking.end());
     shared.emission.assign(emission.begin(), emission.end());
-    smooth(recipe, surface, arriving);
+    smooth(recipe, model, surface, arriving);
 }
 
 flux::TraceOptions trace_options(const Recipe& recipe, const TraceRequest& request) {
