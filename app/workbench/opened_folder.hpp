@@ -32,8 +32,8 @@ class Descriptor {
     int file_;
 };
 
-/// A folder whose files are named by paths such as `etch/deep.toml`: relative, with no empty part, `.`, `..`, control character or
-/// link among them. Any other name is as one that is not there. For any thread.
+/// A folder whose files are named by paths such as `etch/deep.toml`: relative, with no empty part, no part of dots alone, and
+/// no control character or link among them. Any other name is as one that is not there. For any thread.
 class OpenedFolder {
   public:
     /// \throws FileError if there is no such folder.
