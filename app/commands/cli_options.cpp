@@ -12,7 +12,6 @@
 #include "app/common/text.hpp"
 #include "app/process/estimate/blanket.hpp"
 #include "app/process/record/saved_meshes.hpp"
-#include "app/recipe/notes.hpp"
 #include "app/schema/keys.hpp"
 
 namespace sidewall::app {
@@ -76,9 +75,8 @@ Recipe read_recipe(const RecipeOptions& options) {
 }
 
 void print_notes(const Recipe& recipe, const std::string& file) {
-    std::vector<std::string> notes = notes_on(recipe);
-    std::ranges::move(unmet_stops(recipe), std::back_inserter(notes));
-    for (const std::string& note : notes) print_warning(fmt::format("{}: note: {}", file, note));
+    for (const std::string& note : notes_before_run(recipe))
+        print_warning(fmt::format("{}: note: {}", file, note));
 }
 
 fs::path default_output(const std::string& recipe_file, const std::vector<std::string>& overrides) {

@@ -23,8 +23,8 @@ struct OpenOptions {
     bool no_browser = false;
 };
 
-// A page that leads to an address, for its owner's eyes alone, until this is gone. Words of commands are
-// everybody's.
+// A file that sends a browser to an address; only this user can read it, and it is removed at the end. Every
+// user can read the arguments of a process.
 class Signpost {
   public:
     explicit Signpost(const std::string& address) {

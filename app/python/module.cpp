@@ -1,15 +1,12 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
-#include <algorithm>
-#include <iterator>
 #include <memory>
 
 #include "app/common/processes.hpp"
 #include "app/common/version.hpp"
 #include "app/process/estimate/blanket.hpp"
 #include "app/recipe/effective_recipe.hpp"
-#include "app/recipe/notes.hpp"
 #include "surface/error.hpp"
 
 namespace py = pybind11;
@@ -76,11 +73,8 @@ void add_recipe(py::module_& module) {
             py::arg("text"), py::arg("name"), py::arg("settings"))
         .def_property_readonly("effective",
                                [](const app::Recipe& recipe) { return app::effective_recipe(recipe); })
-        .def_property_readonly("notes", [](const app::Recipe& recipe) {
-            std::vector<std::string> notes = app::notes_on(recipe);
-            std::ranges::move(app::unmet_stops(recipe), std::back_inserter(notes));
-            return notes;
-        });
+        .def_property_readonly("notes",
+                               [](const app::Recipe& recipe) { return app::notes_before_run(recipe); });
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <set>
 
 #include "app/models/model.hpp"
 #include "app/recipe/recipe_domain.hpp"
@@ -129,7 +130,9 @@ void note_stops(const StepMaterials& here, const Recipe& recipe, std::vector<std
 // Whether steps and their patterns can be made on a wafer with another domain.
 template <class CanBe>
 bool steps_can_be(const Recipe& recipe, const DomainSection& domain, const CanBe& can_be) {
+    std::set<const Model*> known;  // a loop's passes share theirs
     return std::ranges::all_of(expanded_steps(recipe), [&](const Step& step) {
+        if (step.built && !known.insert(step.built.get()).second) return true;
         if (find_model(step.model)->patterned && !can_be(step.pattern)) return false;
         try {
             make_model(step, recipe.materials, domain);

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <regex>
-#include <set>
 
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"

@@ -32,7 +32,7 @@
   const form = Sidewall.studyForm({
     numberAtCursor: () => editor.numberAtCursor(),
     profileNames: () => state.profiles.map((profile) => profile.path),
-    start: (asked) => tried(begin({ ...asked, recipe: state.path }, asked.command)),
+    start: (asked) => tried(begin({ ...asked, recipe: state.path })),
   });
   document.getElementById("page").replaceWith(el("main", { id: "page", class: "workbench" },
     el("header", { class: "bar" }, el("b", {}, "Sidewall"), choose, buttons.save, buttons.run, buttons.stop, buttons.resume,
@@ -146,15 +146,15 @@
     const taken = new Set(state.runs.map((run) => run.path));
     for (let n = 1;; ++n) if (!taken.has(n > 1 ? `${stem}-${n}` : stem)) return n > 1 ? `${stem}-${n}` : stem;
   };
-  async function begin(asked, kind) {
+  async function begin(asked) {
     if (state.dirty || !state.digest) await save();
     if (state.dirty) return;
     const stem = state.path.replace(/^.*\//, "").replace(/\.toml$/, "");
-    const output = free(`results/${stem}${kind === "run" ? "" : `-${kind}`}`);
+    const output = free(`results/${stem}${asked.command === "run" ? "" : `-${asked.command}`}`);
     told(await post("/api/start", { ...asked, output }));
     await watch(output);
   }
-  const run = () => begin({ command: "run", recipe: state.path }, "run");
+  const run = () => begin({ command: "run", recipe: state.path });
   async function resume(path) {
     told(await post("/api/start", { command: "run", recipe: `${path}/recipe.toml`, output: path, resume: true }));
     await watch(path);

@@ -5,11 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 
 #include "app/models/model.hpp"
 #include "app/recipe/figure_names.hpp"
+#include "app/recipe/notes.hpp"
 #include "flux/yield.hpp"
 
 namespace sidewall::app {
@@ -265,6 +267,12 @@ class StopCheck {
 
 std::vector<std::string> unmet_stops(const Recipe& recipe) {
     return StopCheck(recipe).notes;
+}
+
+std::vector<std::string> notes_before_run(const Recipe& recipe) {
+    std::vector<std::string> notes = notes_on(recipe);
+    std::ranges::move(unmet_stops(recipe), std::back_inserter(notes));
+    return notes;
 }
 
 std::vector<BlanketRate> blanket_rates(const StepMaterials& here) {

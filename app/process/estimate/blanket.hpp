@@ -24,6 +24,9 @@ std::vector<BlanketRate> blanket_rates(const StepMaterials& here);
 /// bare floors where nothing is etched. Silent about steps whose surfaces may move faster than an open wafer's.
 std::vector<std::string> unmet_stops(const Recipe& recipe);
 
+/// All that a user should know of a recipe before it runs: notes_on and unmet_stops.
+std::vector<std::string> notes_before_run(const Recipe& recipe);
+
 /// The blanket rates of every step in nm per unit of time, what they mean and the selectivities, as comments of TOML.
 std::string blanket_table(const Recipe& recipe);
 
