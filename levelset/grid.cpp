@@ -13,6 +13,7 @@
 
 #include "levelset/grid_leaves.hpp"
 #include "levelset/openvdb_grid.hpp"
+#include "levelset/rounding.hpp"
 #include "surface/error.hpp"
 #include "surface/extraction/marching_cubes.hpp"
 
@@ -49,16 +50,6 @@ GridPtr make_grid(const Domain& domain) {
     return grid;
 }
 
-// Distance at a node. One that lies on the surface takes the value beside it, always on the same side:
-// rounding would put it in or out as the wafer lies, and a wafer shifted by whole cells would be another one.
-static double beside_node(const std::function<double(const Vec3&)>& distance, const Vec3& node, double dx) {
-    constexpr double kOnNode = 1e-8;
-    const double d = distance(node);
-    return std::abs(d) < kOnNode * dx
-               ? std::min(distance(node + 2.0 * kOnNode * dx * Vec3(1.0, 0.8, 0.6)), 0.0)
-               : d;
-}
-
 GridPtr sample_grid(const Domain& domain, const std::function<double(const Vec3&)>& distance, double z_min,
                     double z_max) {
     return sample_grid(domain, distance, [&](const Vec3&, double) { return distance; }, z_min, z_max, {});
@@ -85,7 +76,7 @@ GridPtr sample_grid(const Domain& domain, const std::function<double(const Vec3&
         bool any = false;
         for (openvdb::Index offset = 0; offset < Leaf::SIZE; ++offset) {
             const openvdb::Coord c = leaf->offsetToGlobalCoord(offset);
-            const auto d = static_cast<float>(beside_node(local, world(c), dx));
+            const auto d = static_cast<float>(without_rounding(local(world(c)), dx));
             const bool active = domain.owns(c.x(), c.y()) && std::abs(d) < background;
             any |= active;
             leaf->setValueOnly(offset, active ? d : std::copysign(background, d));

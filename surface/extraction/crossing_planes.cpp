@@ -123,15 +123,9 @@ bool NodeReader::on_seam(const Coord& node) const {
 }
 
 bool NodeReader::inside(const Coord& node) {
-    constexpr double kBeside[3] = {1.0, 0.8, 0.6};
+    // Two levels share nodes on their seam, where both must see the same.
     const double own = (*this)(node);
-    // Two levels share nodes on their seam, but not those beside it.
-    if (!(std::abs(own) < on_node()) || on_seam(node)) return own < 0.0;
-    double beside = 0.0;
-    for (int axis = 0; axis < 3; ++axis)
-        if (const double next = (*this)(step(node, axis, 1)); !std::isnan(next))
-            beside += kBeside[axis] * (next - own);
-    return beside < -10.0 * on_node();
+    return own < (on_seam(node) ? 0.0 : -on_node());
 }
 
 CrossingPlane crossing_plane(NodeReader& value, const Coord& low, int axis) {

@@ -15,8 +15,8 @@ class NodeReader {
     double operator()(openvdb::Coord node);
     /// LateralGrid::on_node in grid spacings.
     double on_node() const { return box_.on_node / box_.spacing; }
-    /// Whether a node lies inside the material. One on the surface (LateralGrid::on_node) counts as the point a little beside it
-    /// does, so that rounding of its value does not decide.
+    /// Whether a node lies inside the material. One on the surface (LateralGrid::on_node) does not, on whichever side of a body it
+    /// lies, so that neither rounding of its value decides nor a direction of the grid.
     bool inside(const openvdb::Coord& node);
     /// The own node that a node repeats.
     openvdb::Coord source(openvdb::Coord node) const;

@@ -30,8 +30,8 @@ struct LateralGrid {
     std::span<const CellColumn> columns = {};
     /// Whether node cells of an axis is the image of node 0; else values are mirrored about the sides. For sharp edges.
     std::array<bool, 2> periodic{};
-    /// Nodes with |phi| below this lie on the surface: their side is decided by their neighbours, as rounding differs with
-    /// the wafer's place and the unit of length.
+    /// Nodes with |phi| below this lie on the surface and count as outside, as rounding differs with the wafer's place and
+    /// the unit of length.
     double on_node = 0.0;
 };
 

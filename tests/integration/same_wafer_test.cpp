@@ -1,5 +1,9 @@
+#include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "tests/integration/run_program.hpp"
 
@@ -67,6 +71,41 @@ TEST_CASE("a wafer that is shifted by whole cells in a periodic box has the same
             CHECK(std::abs(shifted[name].get<double>() - value.get<double>()) <=
                   1e-4 * 4.0);  // 1e-3 dx everywhere
         }
+    }
+}
+
+TEST_CASE(
+    "a symmetric wafer with walls and floors on nodes is its own mirror image, under films and beams, too") {
+    const test::Folder folder;
+    const std::string wafer = GENERATE(
+        as<std::string>(), "shape = \"trench\"\nwidth = 1.0\ndepth = 1.5\n",
+        "shape = \"trench\"\nwidth = 1.2\ndepth = 0.9\n",
+        "[[layer]]\nmaterial = \"Resist\"\nshape = \"trench\"\nthickness = 0.3\nwidth = 0.8\ndepth = 0.3\n",
+        "[[layer]]\nmaterial = \"Si\"\nshape = \"fin\"\nwidth = 0.8\nheight = 0.6\n");
+    const std::string step =
+        GENERATE(as<std::string>(), "model = \"isotropic\"\nduration = 1.0\nrate = 0.3\ndeposit = \"SiO2\"\n",
+                 "model = \"directional\"\nduration = 1.0\ndirectional = -0.4\n");
+    figures(folder, "[domain]\nextent = [4.0]\ngrid_spacing = 0.1\n[[layer]]\nmaterial = \"Si\"\n" + wafer +
+                        "[[step]]\n" + step + "[output]\nprofiles = [\"y=0\"]\n");
+    for (const char* name : {"out/profile_0000.csv", "out/profile_0001.csv"}) {
+        const app::TextTable table = app::read_text_table(folder.path / name);
+        std::vector<Eigen::Vector2d> line;
+        for (const auto& row : table.rows)
+            line.emplace_back(std::stod(row[table.column("x").value()]),
+                              std::stod(row[table.column("z").value()]));
+        double farthest = 0.0;  // of the mirrored points from the profile
+        for (const Eigen::Vector2d& p : line) {
+            const Eigen::Vector2d image(-p.x(), p.y());
+            double nearest = std::numeric_limits<double>::infinity();
+            for (std::size_t k = 0; k + 1 < line.size(); ++k) {
+                const Eigen::Vector2d along = line[k + 1] - line[k];
+                const double t = std::clamp(along.dot(image - line[k]) / along.squaredNorm(), 0.0, 1.0);
+                nearest = std::min(nearest, (line[k] + t * along - image).norm());
+            }
+            farthest = std::max(farthest, nearest);
+        }
+        CAPTURE(wafer, step, name);
+        CHECK(farthest <= 1e-4);  // 1e-3 dx
     }
 }
 
