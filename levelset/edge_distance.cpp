@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "levelset/rounding.hpp"
+
 namespace sidewall::levelset {
 namespace {
 
@@ -78,7 +80,7 @@ float edge_distance(const float* v, float u, float inv_dx, float farthest) {
         const int towards = minus < plus ? -1 : 1;
         const float near = std::min(minus, plus), behind = inv_dx * v[2 * towards * stride],
                     next = std::max(minus, plus);
-        if (near >= std::min(u, farthest)) continue;
+        if (near >= std::min(u, farthest) - kTie) continue;
         convex = std::max(convex, u - 2.0f * near + behind);
         if (next < farthest) hollow = std::max(hollow, 2.0f * u - near - next);
         planes[count++] = {near, 0.0f, Eigen::Vector3f::Zero(),
@@ -94,7 +96,7 @@ float edge_distance(const float* v, float u, float inv_dx, float farthest) {
         plane.distance = plane.arrival - plane.normal.dot(plane.neighbour);
     }
     const auto put_in_order = [&](std::size_t a, std::size_t b) {
-        if (planes[b].arrival < planes[a].arrival) std::swap(planes[a], planes[b]);
+        if (planes[b].arrival < planes[a].arrival - kTie) std::swap(planes[a], planes[b]);
     };
     put_in_order(0, 1);
     if (count == 3) {
@@ -106,7 +108,7 @@ float edge_distance(const float* v, float u, float inv_dx, float farthest) {
     if (!diverge(first, second)) return hollow > kSharpBend ? std::min(first.distance, second.distance) : u;
     if (convex <= kSharpBend) return u;
     float result = beyond_two(first, second);
-    if (count == 3 && planes[2].arrival < result) {
+    if (count == 3 && planes[2].arrival < result - kTie) {
         const auto also = [&](const Plane& a, const Plane& b) {
             if (a.normal.dot(b.normal) <= kParallel && diverge(a, b))
                 result = std::max(result, beyond_two(a, b));

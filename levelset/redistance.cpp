@@ -11,6 +11,7 @@
 #include "levelset/edge_distance.hpp"
 #include "levelset/large_vector.hpp"
 #include "levelset/openvdb_grid.hpp"
+#include "levelset/rounding.hpp"
 #include "levelset/row.hpp"
 #include "surface/error.hpp"
 #include "surface/parallel.hpp"
@@ -143,7 +144,7 @@ void solve_row(const float* v, float inv_dx, float dx, float background, Row& ou
             const float minus = side * v[n - stride], plus = side * v[n + stride];
             const float near = std::min(minus, plus), next = std::max(minus, plus);
             const float far = minus < plus ? side * v[n - 2 * stride] : side * v[n + 2 * stride];
-            const bool second = (far < near) & (far > near - kSteepest);
+            const bool second = (far < near - kTie) & (far > near - kSteepest);
             nearest = std::min(nearest, near);
             float weight = second ? 1.5f : 1.0f;  // (3 u - 4 near + far) / 2
             float arrival = second ? (4.0f * near - far) * (1.0f / 3.0f) : near;
@@ -153,7 +154,7 @@ void solve_row(const float* v, float inv_dx, float dx, float background, Row& ou
                 // the front may be the edge of another body. Bends that rounding makes are none. Without a
                 // branch, so that eight nodes are solved at once.
                 const float rounding = std::abs(bend) < 1e-3f ? 1.0f : 0.0f;
-                const float open = next >= half_width ? 1.0f : 0.0f;
+                const float open = next >= half_width - kTie ? 1.0f : 0.0f;
                 const float known = std::abs(far) < static_cast<float>(kOnFront) ? 0.0f : 1.0f;
                 const float ratio = 2.0f * beyond / (bend + rounding);
                 const float limited = 0.5f * (1.0f + std::abs(ratio) - std::abs(ratio - 1.0f));  // 0 to 1
@@ -163,7 +164,7 @@ void solve_row(const float* v, float inv_dx, float dx, float background, Row& ou
                 weight = 1.0f + half;
                 arrival = (near + half * (2.0f * near - far)) / weight;
             }
-            a[axis] = near >= half_width ? kUnknown : arrival;
+            a[axis] = near >= half_width - kTie ? kUnknown : arrival;
             w[axis] = weight * weight;
         }
         const auto order = [&](int i, int j) {

@@ -20,6 +20,7 @@
 #include "levelset/motion/sample_speeds.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "levelset/redistance.hpp"
+#include "levelset/rounding.hpp"
 #include "surface/parallel.hpp"
 
 namespace sidewall::levelset {
@@ -61,7 +62,7 @@ void stage(Stages& stages, const std::vector<const std::int32_t*>& samples, cons
     const float background = grid.background();
     const float limit =
         std::nextafter(background, 0.0f);  // a voxel of the band stays one until it is re-distanced
-    const auto dt = static_cast<float>(duration);
+    const auto dt = static_cast<float>(duration), dx = static_cast<float>(speeds.stack.domain.spacing);
     const LeafData data(stages.table, stages.leaves);
     surface::parallel_each(stages.leaves.size(), 4, [&](std::size_t n) {
         const Leaf& leaf = *stages.leaves[n];
@@ -89,7 +90,8 @@ void stage(Stages& stages, const std::vector<const std::int32_t*>& samples, cons
             if (phi0)
                 for (std::size_t z = 0; z < kLanes; ++z)
                     values[z] = keep * phi0[first + z] + (1.0f - keep) * values[z];
-            for (float& value : values) value = std::min(std::max(value, -limit), limit);
+            for (float& value : values)
+                value = std::min(std::max(without_rounding(value, dx), -limit), limit);
             blend(values, kLaneMasks[active], out + first);
         }
         if (!std::equal(out, out + Leaf::SIZE, phi)) stages.changed[n] = 1;
@@ -106,7 +108,8 @@ std::vector<Nodes> nodes_at_edges(const std::vector<Leaf*>& leaves,
                                   const std::vector<const std::int32_t*>& samples,
                                   const SampleSpeeds& speeds) {
     constexpr double kHeldCells = 1.5;
-    const auto farthest = static_cast<float>(-kHeldCells * speeds.stack.domain.spacing);
+    const auto farthest =
+        -(static_cast<float>(kHeldCells) + kTie) * static_cast<float>(speeds.stack.domain.spacing);
     std::vector<Nodes> held(samples.size());
     surface::parallel_each(samples.size(), 16, [&](std::size_t n) {
         const float* phi = leaves[n]->buffer().data();

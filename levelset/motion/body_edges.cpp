@@ -11,6 +11,7 @@
 #include "levelset/layers/layer_depths.hpp"
 #include "levelset/motion/sample_index.hpp"
 #include "levelset/openvdb_grid.hpp"
+#include "levelset/rounding.hpp"
 #include "surface/parallel.hpp"
 
 namespace sidewall::levelset {
@@ -134,10 +135,10 @@ std::vector<EdgeNode> edge_nodes(const MaterialStack& stack, const Extension& ex
         bool ends;
     };
     std::vector<Answer> answers;  // few: the nodes beside an edge share its points
-    const auto ends = [&](const Vec3& foot, std::size_t body, std::size_t bare) {
-        const openvdb::Coord nearest(static_cast<int>(std::lround(foot.x())),
-                                     static_cast<int>(std::lround(foot.y())),
-                                     static_cast<int>(std::lround(foot.z())));
+    const auto ends = [&](const SurfaceSample& at, std::size_t body, std::size_t bare) {
+        openvdb::Coord nearest;  // to the foot point, of two as near the one nearer to the sample's node
+        for (int a = 0; a < 3; ++a)
+            nearest[a] = at.node[a] + static_cast<int>(std::lround((1.0f - kTie) * at.foot[a]));
         for (const Answer& answer : answers)
             if (answer.nearest == nearest && answer.body == body && answer.bare == bare) return answer.ends;
         const bool result = ends_at(values, body, bare, nearest, touching, in_cells(kThinnestCover));
@@ -157,7 +158,7 @@ std::vector<EdgeNode> edge_nodes(const MaterialStack& stack, const Extension& ex
         if (body > bare || body == below) continue;
         if (body < bare && extension.thickness[sample * below + body] > in_cells(kBeginsHere)) continue;
         const SurfaceSample& at = extension.samples[sample];
-        if (ends(at.node.cast<double>() + at.foot.cast<double>(), body, bare))
+        if (ends(at, body, bare))
             found.push_back({it.pos(), static_cast<std::uint32_t>(sample), static_cast<std::uint8_t>(body)});
     }
     return found;

@@ -15,6 +15,7 @@
 #include "levelset/motion/cell_triangles.hpp"
 #include "levelset/motion/sample_index.hpp"
 #include "levelset/openvdb_grid.hpp"
+#include "levelset/rounding.hpp"
 #include "levelset/row.hpp"
 #include "surface/extraction/leaf_table.hpp"
 #include "surface/parallel.hpp"
@@ -27,6 +28,9 @@ using Patch = Block<1>;
 // Nodes this near to the front (in dx) have a sample of their own: every foot point, rounded to a node, is
 // within sqrt(3)/2 of the front.
 constexpr double kNearCells = 0.9;
+
+// Of two nodes that are as near to a foot point, the one nearer to its own node is beside it.
+constexpr double kToOwn = 1.0 - 1e-4;
 
 // A node's offset from another one, coded in a number from kFirstCode down to kLastCode.
 constexpr int kBits = 5, kMiddle = 1 << (kBits - 1), kFirstCode = -2,
@@ -66,9 +70,9 @@ void find_feet(const float* v, double dx, Feet& feet) {
         const double fx = back * nx, fy = back * ny, fz = back * nz;
         feet.normal[0][n] = nx, feet.normal[1][n] = ny, feet.normal[2][n] = nz;
         feet.foot[0][n] = fx, feet.foot[1][n] = fy, feet.foot[2][n] = fz;
-        feet.code[n] = encode(static_cast<std::int32_t>(std::floor(fx + 0.5)),
-                              static_cast<std::int32_t>(std::floor(fy + 0.5)),
-                              static_cast<std::int32_t>(std::floor(fz + 0.5)));
+        feet.code[n] = encode(static_cast<std::int32_t>(std::floor(kToOwn * fx + 0.5)),
+                              static_cast<std::int32_t>(std::floor(kToOwn * fy + 0.5)),
+                              static_cast<std::int32_t>(std::floor(kToOwn * fz + 0.5)));
     }
 }
 
@@ -135,13 +139,14 @@ std::int32_t descend(const LeafData& phi, float background, const SampleIndex& i
         const float* leaf = phi.find(node.x() >> 3, node.y() >> 3, node.z() >> 3);
         return leaf ? std::abs(leaf[Leaf::coordToOffset(node)]) : background;
     };
+    const float tie = kTie * static_cast<float>(domain.spacing);
     float distance = distance_of(c);
     for (;;) {
         openvdb::Coord best = c;
         for (const openvdb::Coord& offset : kNeighbours) {
             const openvdb::Coord q = own_node(domain, c + offset);
             const float d = distance_of(q);
-            if (d < distance) {
+            if (d < distance - tie) {
                 distance = d;
                 best = q;
             }

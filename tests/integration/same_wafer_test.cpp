@@ -157,6 +157,14 @@ TEST_CASE("walls, floors and films on nodes give the same figures in m and nm as
         {"[[layer]]\nmaterial = \"Resist\"\nshape = \"trench\"\nthickness = <0.3>\nwidth = <0.5>\ndepth = <0.3>\n",
          "model = \"directional\"\nduration = 1.0\ndirectional = { Si = <-0.1>, Resist = 0.0 }\n"
          "[[step]]\nmodel = \"isotropic\"\nduration = 1.0\nrate = <0.2>\ndeposit = \"SiO2\"\n"},
+        {"shape = \"trench\"\nwidth = <0.564>\ndepth = <0.841>\n",
+         "model = \"isotropic\"\nduration = 1.0\nrate = <0.233>\ndeposit = \"SiO2\"\n"},
+        {"shape = \"trench\"\nwidth = <1.2>\ndepth = <0.9>\n",
+         "model = \"isotropic\"\nduration = 1.0\nrate = { Si = <-0.4> }\n"},
+        {"[[layer]]\nmaterial = \"Resist\"\nshape = \"trench\"\nthickness = <0.3>\nwidth = <1.2>\ndepth = <0.3>\n",
+         "model = \"isotropic\"\nduration = 1.0\nrate = { Si = <-0.5>, Resist = 0.0 }\n"},
+        {"[[layer]]\nmaterial = \"Resist\"\nshape = \"trench\"\nthickness = <0.3>\nwidth = <0.4>\ndepth = <0.3>\n",
+         "model = \"isotropic\"\nduration = 1.0\nrate = { Si = <-0.2>, Resist = 0.0 }\n"},
     }));
     const std::string recipe =
         "[domain]\nextent = [<2.0>]\ngrid_spacing = <0.1>\n[[layer]]\nmaterial = \"Si\"\n" + wafer +
