@@ -53,7 +53,7 @@ std::string figures_refusal(const std::string& text) {
 }
 
 // Corners lie within a part of a cell of where they should; plane faces to a thousandth of it.
-constexpr double kFace = 1e-3 * 0.05 * 2.0;
+constexpr double kFace = 2.0 * (1e-3 + 1e-9) * 0.05;
 
 }  // namespace
 
