@@ -11,7 +11,7 @@ namespace {
 // In cells, the film with which a layer counts as covered: marching cubes cuts off less than kCovering of a
 // convex corner, through which a thinner film's surface would pass; a hollow one it fills. So much of it is
 // asked for at the ends of edges of the grid that the layer's front crosses: these lie within a cell of it.
-constexpr double kCovering = 0.5, kCoveringHollow = 0.25, kNearFront = 1.0;
+constexpr double kCovering = 0.5, kCoveringHollow = 0.25, kBesideFront = 1.0;
 
 }  // namespace
 
@@ -75,7 +75,7 @@ surface::SharpEdges edges_below(const MaterialStack& stack, std::size_t layer) {
     double least = kCovering;
     for (const MaterialStack* level = &stack; level != nullptr; finer = level, level = level->coarser.get()) {
         const double dx = level->domain.spacing;
-        const auto near = static_cast<float>(kNearFront * dx);
+        const auto near = static_cast<float>(kBesideFront * dx);
         const auto next = level->layers[layer + 1].phi->getConstUnsafeAccessor();
         for (auto it = level->layers[layer].phi->cbeginValueOn(); it; ++it) {
             if (std::abs(*it) > near) continue;
