@@ -8,9 +8,10 @@
 namespace sidewall::levelset {
 namespace {
 
-// In cells, the film with which a layer counts as covered: marching cubes cuts off less than that of a
-// corner. So much of it is asked for at nodes of the cells that the layer's front passes through.
-constexpr double kCovering = 0.5, kOfCutCells = 1.75;
+// In cells, the film with which a layer counts as covered: marching cubes cuts off less than kCovering of a
+// convex corner, through which a thinner film's surface would pass; a hollow one it fills. So much of it is
+// asked for at the ends of edges of the grid that the layer's front crosses: these lie within a cell of it.
+constexpr double kCovering = 0.5, kCoveringHollow = 0.25, kBesideFront = 1.0;
 
 }  // namespace
 
@@ -69,23 +70,24 @@ GridEdge Fronts::edge_of(const Vec3& point) const {
     return edge;
 }
 
-bool are_all_covered(const MaterialStack& stack) {
+surface::SharpEdges edges_below(const MaterialStack& stack, std::size_t layer) {
     const MaterialStack* finer = nullptr;
+    double least = kCovering;
     for (const MaterialStack* level = &stack; level != nullptr; finer = level, level = level->coarser.get()) {
         const double dx = level->domain.spacing;
-        const auto thinnest = static_cast<float>(kCovering * dx), near = static_cast<float>(kOfCutCells * dx);
-        for (std::size_t k = 0; k + 1 < level->layers.size(); ++k) {
-            const auto next = level->layers[k + 1].phi->getConstUnsafeAccessor();
-            for (auto it = level->layers[k].phi->cbeginValueOn(); it; ++it) {
-                if (std::abs(*it) > near) continue;
-                float above = 0.0f;  // a node that is not in the next layer's band lies inside it
-                if (next.probeValue(it.getCoord(), above) && *it - above < thinnest &&
-                    counts_at(*level, finer, it.getCoord().x(), it.getCoord().y()))
-                    return false;
-            }
+        const auto near = static_cast<float>(kBesideFront * dx);
+        const auto next = level->layers[layer + 1].phi->getConstUnsafeAccessor();
+        for (auto it = level->layers[layer].phi->cbeginValueOn(); it; ++it) {
+            if (std::abs(*it) > near) continue;
+            float above = 0.0f;  // a node that is not in the next layer's band lies inside it
+            if (!next.probeValue(it.getCoord(), above)) continue;
+            const double film = static_cast<double>(*it - above) / dx;
+            if (film >= least || !counts_at(*level, finer, it.getCoord().x(), it.getCoord().y())) continue;
+            least = film;
+            if (least < kCoveringHollow) return surface::SharpEdges::none;
         }
     }
-    return true;
+    return least < kCovering ? surface::SharpEdges::hollow : surface::SharpEdges::all;
 }
 
 }  // namespace sidewall::levelset

@@ -6,6 +6,7 @@
 
 #include "levelset/layers/stack.hpp"
 #include "levelset/openvdb_grid.hpp"
+#include "surface/extraction/marching_cubes.hpp"
 #include "surface/triangle_mesh.hpp"
 
 namespace sidewall::levelset {
@@ -55,7 +56,8 @@ class Fronts {
     std::vector<Level> levels_;
 };
 
-/// Whether each layer is covered by half a cell of the next at least: materials meet nowhere on the surface, nor below.
-bool are_all_covered(const MaterialStack& stack);
+/// The edges with which a layer's own front is its interface: all where the next layer covers it by half a cell at least, hollow
+/// ones where by a quarter. Under less it may end on the next one's front: none.
+surface::SharpEdges edges_below(const MaterialStack& stack, std::size_t layer);
 
 }  // namespace sidewall::levelset
