@@ -38,16 +38,19 @@
       this.interfaces = new Map();
     }
 
-    // Shows another state of the same wafer, seen from where the eye is, however the box around it has grown.
+    // Shows another state of the same wafer: whole, or from where it has been turned to, however the box around it has grown.
     update(section) {
-      const seen = this.seenFrom();
+      const seen = this.moved() && this.seenFrom();
       this.take(section);
       this.frame = Math.min(this.frame, section.frames.length - 1);
       this.placeBottom();
       this.drawOutlines();
-      this.seeFrom(seen);
+      if (seen) this.seeFrom(seen);
+      else this.fit(this.fitted.name);
       this.refresh("frame");
     }
+    // Whether the eye has left where it saw the whole wafer.
+    moved() { return this.eye.position.distanceTo(this.fitted.at) > 1e-6; }
     // Where the eye is and what it looks at, in world units.
     seenFrom() {
       return [this.eye.position, this.controls.target].map((p) => ["x", "y", "z"].map((axis, k) => p[axis] * this.size + this.middle[k]));
@@ -367,6 +370,7 @@
         distance = Math.max(0.6, distance * most / 0.93);
       }
       this.place(azimuth, elevation, distance);
+      this.fitted = { name, at: this.eye.position.clone() };
     }
 
     resize() {

@@ -52,7 +52,7 @@
   // The 3-D view: one at a time, seen from where the last one was if it shows the same wafer, else from the same side.
   function place(section, element) {
     const last = view.viewer && view.viewer.controls ? view.viewer : null, degrees = 180 / Math.PI;
-    const same = last && !fresh && last.section.title === section.title, seen = same && last.seenFrom();
+    const same = last && !fresh && last.section.title === section.title, seen = same && last.moved() && last.seenFrom();
     fresh = false;
     if (same && last.takes(section)) {
       Sidewall.viewer = last;
@@ -141,6 +141,7 @@
     ++state.round;
     editor.text = found.text;
     document.title = `${path} (Sidewall)`;
+    say("");
     refreshBar();
     await check();
   }

@@ -92,7 +92,7 @@ def main():
         end = time.time() + 30
         while time.time() < end:
             log = server.ask("/api/log?run=" + urllib.parse.quote("results/one"))["text"]
-            if "sidewall: " in log:  # notes come first
+            if log.count("sidewall: ") > 1:  # the first is of the run that was stopped
                 break
             time.sleep(0.05)
         found["log"] = log

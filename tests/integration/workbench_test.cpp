@@ -116,7 +116,7 @@ TEST_CASE("a run outlives the workbench that started it, and page and command li
     CHECK(runs["asked_again"] == false);
     CHECK(runs["resumed"] == 0);
     CHECK(runs["at_last"] == "finished");
-    CHECK(runs["log"].get<std::string>().find("sidewall: ") != std::string::npos);
+    CHECK(runs["log"].get<std::string>().find("--overwrite") != std::string::npos);
     CHECK(runs["wrong_line"] == 1);
     CHECK(runs["exit_code"] == 0);
 }
