@@ -137,7 +137,7 @@
       this.bottom.position.z = this.local(this.min[2], 2);
     }
 
-    // Masks, as lines a little above the wafer that end at its sides.
+    // Masks, as lines a little above the wafer that end at its sides and the cut.
     drawOutlines() {
       for (const line of this.outlines.children.splice(0)) line.geometry.dispose();
       const z = this.local(this.max[2], 2) + 0.03, sides = [0, 1].flatMap((k) => [1, -1].map((sign) =>
@@ -145,7 +145,7 @@
       for (const points of this.section.outlines || []) {
         const geometry = new THREE.BufferGeometry().setFromPoints(
           points.map(([x, y]) => new THREE.Vector3(this.local(x, 0), this.local(y, 1), z)));
-        this.outlines.add(new THREE.LineLoop(geometry, new THREE.LineBasicMaterial({ color: 0xd0342c, clippingPlanes: sides })));
+        this.outlines.add(new THREE.LineLoop(geometry, new THREE.LineBasicMaterial({ color: 0xd0342c, clippingPlanes: [...sides, this.clip] })));
       }
     }
 

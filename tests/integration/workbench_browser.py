@@ -240,13 +240,15 @@ def leave(page, found, address, folder):
     page.until("Sidewall.workbench.state.runs.some((r) => r.path === 'results/trench' && r.state === 'running')")
     page.send("Page.navigate", url="about:blank")
     page.until("location.href === 'about:blank'")
-    with open(f"{folder}/results/trench/timeline.csv") as file:
-        before = len(file.readlines())
-    end = time.time() + 60
-    while time.time() < end:
-        with open(f"{folder}/results/trench/timeline.csv") as file:
-            if len(file.readlines()) > before + 1:
-                break
+    def rows():
+        try:
+            with open(f"{folder}/results/trench/timeline.csv") as file:
+                return len(file.readlines())
+        except FileNotFoundError:  # it has just begun
+            return 0
+
+    before, end = rows(), time.time() + 60
+    while rows() < before + 2 and time.time() < end:
         time.sleep(0.1)
     page.send("Page.navigate", url=address)
     page.until("typeof Sidewall === 'object' && Sidewall.workbench && Sidewall.workbench.state.digest")
