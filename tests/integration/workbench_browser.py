@@ -261,6 +261,7 @@ def conflict(page, found, folder):
     path = f"{folder}/small.toml"
     page.until("Sidewall.workbench.open('small.toml').then(() => true)")
     put_cursor(page, 0, "# mine")
+    page.until("Sidewall.workbench.state.dirty")
     with open(path, "w") as file:
         file.write(SMALL.replace("# a trench that is filled", "# theirs"))
     page.key("s", "KeyS", 83, CONTROL)
@@ -379,7 +380,7 @@ def compare(page, found):
     # A measured profile is dropped on the page.
     drop(page, "measured.csv", "x [nm],z [nm]\n" + "".join(f"{x},100\n" for x in range(-1000, -500, 100)))
     page.until(f"{lines}.includes('measured.csv')")
-    found["dots"] = page.js("document.querySelectorAll('.results figure.shape .series circle').length")
+    found["dots"] = page.until("document.querySelectorAll('.results figure.shape .series circle').length")
 
 
 def main():
