@@ -126,7 +126,7 @@ fs::path OpenedFolder::inside(const std::string& name) const {
 }
 
 fs::path OpenedFolder::without_links(const std::string& name) const {
-    const fs::path folder = inside(name);
+    fs::path folder = inside(name);
     for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder))
         if (entry.is_symlink())
             throw NotInside(name + ": " + entry.path().filename().string() + " is a link");
