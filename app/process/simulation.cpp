@@ -225,6 +225,8 @@ void end_time_step(const Run& run, const Step& step, RunState& state) {
     run.update(state, fmt::format("step {}/{} {}", state.step + 1, run.steps.size(), step.name));
     run.count_seconds(state.timing);
     flux::of_first(run.options.shares, 0);  // agrees on whether to stop
+    if (const std::uint32_t every = run.options.checkpoint_every; every > 0 && state.time_step % every == 0)
+        run.folder.checkpoint(state);
     const bool last = state.step + 1 == run.steps.size() && state.reached(step_end(step, state));
     if (run.options.stop() && !last) throw Interrupted("");
 }

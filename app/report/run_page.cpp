@@ -7,6 +7,7 @@
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
+#include "app/process/record/saved_meshes.hpp"
 #include "app/report/parts.hpp"
 #include "app/results/result.hpp"
 
@@ -228,7 +229,8 @@ void add_facts(const Json& summary, Page& page) {
 
 }  // namespace
 
-Page run_page(const fs::path& folder, std::size_t bytes, const std::optional<SavedSurface>& only) {
+Page run_page(const fs::path& folder, std::size_t bytes, const std::optional<SavedSurface>& only,
+              bool later) {
     Page page{.kind = "run", .title = folder_name(folder), .notes{}};
     Json summary = Json::object();
     if (is_there(folder / "summary.json")) {
@@ -244,6 +246,11 @@ Page run_page(const fs::path& folder, std::size_t bytes, const std::optional<Sav
     if (is_there(folder / "surface.pvd")) {
         std::vector<ViewFrame> frames;
         std::vector<SavedSurface> saved_ones = only ? std::vector{*only} : saved_surfaces(folder);
+        std::optional<Result> wafer;
+        if (later) wafer = wafer_of_checkpoint(folder);
+        if (wafer)
+            saved_ones.front() = {.time = metadata_number(wafer->metadata, "time").value_or(0.0),
+                                  .file = saved_ones.front().file};
         if (only)
             page.notes.push_back(
                 only->after.empty()
@@ -255,7 +262,7 @@ Page run_page(const fs::path& folder, std::size_t bytes, const std::optional<Sav
         frames.reserve(saved_ones.size());
         for (SavedSurface& saved : saved_ones)
             frames.push_back({fmt::format("t = {:.6g} {}", saved.time, unit), folder, std::move(saved)});
-
+        if (wafer) frames.front().wafer = std::make_shared<const Result>(*std::move(wafer));
         add_view(std::move(frames), folder / "recipe.toml", bytes, "", "Profiles over time", page);
     } else {
         page.notes.emplace_back("It has saved no surface yet.");

@@ -18,7 +18,7 @@
 namespace sidewall::app {
 namespace {
 
-constexpr std::size_t kMostBytes = 4'000'000, kLongestName = 1000, kMostFound = 500;
+constexpr std::size_t kMostBytes = 4'000'000, kLongestName = 1000, kMostFound = 500, kMostEntries = 20'000;
 
 std::vector<std::string> parts_of(const std::string& name) {
     std::vector<std::string> parts = split(name, '/');
@@ -49,27 +49,41 @@ std::string folder_part(const std::string& name) {
     return slash == std::string::npos ? "" : name.substr(0, slash);
 }
 
-bool holds_results(const fs::path& folder) {
-    return std::ranges::any_of(
-        std::array{"summary.json", "timeline.csv", "sweep.json", "fit.json", "compare.json", "manifest.txt"},
-        [&](const char* file) { return is_there(folder / file); });
+bool is_link(const fs::path& path) {
+    std::error_code gone;
+    return fs::is_symlink(fs::symlink_status(path, gone));
 }
 
-void find(const fs::path& folder, const std::string& prefix, int depth, OpenedFolder::Contents& found) {
+// By a file that says what made it, if none that lists read is a link.
+bool holds_results(const fs::path& folder) {
+    const auto there = [&](const char* file) { return is_there(folder / file); };
+    const std::array marks{"summary.json", "timeline.csv", "sweep.json",
+                           "fit.json",     "compare.json", "manifest.txt"};
+    return std::ranges::any_of(marks, there) &&
+           std::ranges::none_of(marks, is_link, [&](const char* file) { return folder / file; }) &&
+           std::ranges::none_of(std::array{"recipe.toml", "sweep.csv"}, is_link,
+                                [&](const char* file) { return folder / file; });
+}
+
+void find(const fs::path& folder, const std::string& prefix, int depth, std::size_t& entries,
+          OpenedFolder::Contents& found) {
     constexpr int kDeepest = 4;
     std::error_code failure;
     for (fs::directory_iterator at(folder, failure), end; !failure && at != end; at.increment(failure)) {
+        const bool full = found.results.size() >= kMostFound || found.recipes.size() >= kMostFound;
+        if (full || ++entries > kMostEntries) {
+            found.whole = false;
+            return;
+        }
         const std::string name = at->path().filename().string();
         std::error_code gone;
         if (name.starts_with('.') || at->is_symlink(gone)) continue;
         if (at->is_directory(gone)) {
-            if (holds_results(at->path())) {
-                if (found.results.size() < kMostFound) found.results.push_back(prefix + name);
-            } else if (depth < kDeepest) {
-                find(at->path(), prefix + name + "/", depth + 1, found);
-            }
-        } else if (name.ends_with(".toml") && at->is_regular_file(gone) &&
-                   found.recipes.size() < kMostFound) {
+            if (holds_results(at->path()))
+                found.results.push_back(prefix + name);
+            else if (depth < kDeepest)
+                find(at->path(), prefix + name + "/", depth + 1, entries, found);
+        } else if (name.ends_with(".toml") && at->is_regular_file(gone)) {
             found.recipes.push_back(prefix + name);
         }
     }
@@ -109,6 +123,14 @@ Descriptor OpenedFolder::open(const std::string& name, int flags) const {
 fs::path OpenedFolder::inside(const std::string& name) const {
     const Descriptor there = open(name, O_RDONLY | O_DIRECTORY);
     return path_ / name;
+}
+
+fs::path OpenedFolder::without_links(const std::string& name) const {
+    fs::path folder = inside(name);
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder))
+        if (entry.is_symlink())
+            throw NotInside(name + ": " + entry.path().filename().string() + " is a link");
+    return folder;
 }
 
 std::string OpenedFolder::read(const std::string& name) const {
@@ -157,7 +179,8 @@ Descriptor OpenedFolder::open_log(const std::string& name) const {
 
 OpenedFolder::Contents OpenedFolder::contents() const {
     Contents found;
-    find(path_, "", 0, found);
+    std::size_t entries = 0;
+    find(path_, "", 0, entries, found);
     std::ranges::sort(found.recipes);
     std::ranges::sort(found.results);
     return found;

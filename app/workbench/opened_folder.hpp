@@ -45,6 +45,10 @@ class OpenedFolder {
     /// \throws NotInside
     std::filesystem::path inside(const std::string& name) const;
 
+    /// The same of a folder that is to be read whole, as for a report.
+    /// \throws NotInside if there is a link in it, or in a folder of it.
+    std::filesystem::path without_links(const std::string& name) const;
+
     /// The text of a file of at most 4 MB.
     /// \throws NotInside
     std::string read(const std::string& name) const;
@@ -62,9 +66,11 @@ class OpenedFolder {
     /// \throws NotInside, IoError
     Descriptor open_log(const std::string& name) const;
 
-    /// The files that end in .toml, and the folders of results; neither within results, hidden folders or links.
+    /// The files that end in .toml, and the folders of results; neither within results, hidden folders or links. A folder
+    /// of results whose tables and recipe are links is none.
     struct Contents {
         std::vector<std::string> recipes, results;
+        bool whole = true;  ///< else there is more: it looks through 20,000 files and folders at most
     };
     Contents contents() const;
 

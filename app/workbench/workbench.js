@@ -14,7 +14,7 @@
 
   const state = { path: "", digest: "", dirty: false, round: 0, runs: [], table: null, stamps: "", shown: [], shownStamp: "",
                   pinned: false, chosen: new Set(), profiles: [] };
-  let editor = null, keys = null;
+  let editor = null, keys = null, fresh = false;  // fresh: the view is of another wafer than before
 
   // The page's parts.
   const button = (text, title, click) => el("button", { type: "button", title, onclick: click }, text);
@@ -49,9 +49,15 @@
     return reply;
   };
 
-  // The 3-D view: one at a time, seen from the same side as the last.
+  // The 3-D view: one at a time, seen from where the last one was if it shows the same wafer, else from the same side.
   function place(section, element) {
     const last = view.viewer && view.viewer.controls ? view.viewer : null, degrees = 180 / Math.PI;
+    const same = last && !fresh && last.section.title === section.title, seen = same && last.moved() && last.seenFrom();
+    fresh = false;
+    if (same && last.takes(section)) {
+      Sidewall.viewer = last;
+      return last.show(section);
+    }
     const side = last && [degrees * last.controls.getAzimuthalAngle(), 90 - degrees * last.controls.getPolarAngle()];
     view.replaceChildren(el("h2", {}, section.title || ""), element);
     if (last) {
@@ -61,7 +67,8 @@
     view.viewer = Sidewall.viewer;
     if (!view.viewer) return;
     view.viewer.begin();
-    if (side && view.viewer.controls) view.viewer.place(...side, view.viewer.distance());
+    if (seen && view.viewer.controls) view.viewer.seeFrom(seen);
+    else if (side && view.viewer.controls) view.viewer.place(...side, view.viewer.distance());
   }
 
   // Draws a page's view in its pane and the other sections below; runs keep the pane until the recipe changes.
@@ -72,7 +79,20 @@
       if (section.type === "view") place(section, parts[k].children[1]);
       else rest.push(parts[k]);
     });
-    if (below) results.replaceChildren(...page.notes.map((note) => el("p", { class: "warning" }, note)), ...rest);
+    if (below) kept(results, ...page.notes.map((note) => el("p", { class: "warning" }, note)), ...rest);
+  }
+
+  // Replaces what stands in a place; scrolling and the keyboard's focus stay.
+  function kept(place, ...children) {
+    const boxes = () => [...place.querySelectorAll(".scroll, pre")], at = boxes().map((box) => [box.scrollLeft, box.scrollTop]);
+    const stops = () => [...place.querySelectorAll("button, input, select, [tabindex]")];
+    const focus = stops().indexOf(document.activeElement), { scrollY } = window;
+    place.style.minHeight = `${place.offsetHeight}px`;
+    place.replaceChildren(...children);
+    boxes().forEach((box, k) => at[k] && box.scrollTo(...at[k]));
+    if (stops()[focus]) stops()[focus].focus({ preventScroll: true });
+    place.style.minHeight = "";
+    window.scrollTo(window.scrollX, scrollY);
   }
 
   // Work of which one at a time is asked for: what comes meanwhile is done once more at its end.
@@ -115,16 +135,22 @@
 
   // Recipes.
   async function open(path, shipped) {
-    const found = await get(shipped ? `/api/text?shipped=${encodeURIComponent(shipped)}` : `/api/text?path=${encodeURIComponent(path)}`);
+    const found = told(await get(shipped ? `/api/text?shipped=${encodeURIComponent(shipped)}` : `/api/text?path=${encodeURIComponent(path)}`));
     Object.assign(state, { path, digest: found.digest, dirty: Boolean(shipped), pinned: false });
+    fresh = true;
     ++state.round;
     editor.text = found.text;
     document.title = `${path} (Sidewall)`;
+    say("");
     refreshBar();
     await check();
   }
   function pick(value) {
     const [kind, name] = [value.slice(0, 2), value.slice(2)];
+    if (kind === "c:") {
+      editor.append(`\n[[step]]\nmodel = "${keys.decks[name]}"\nchemistry = "${name}"\nduration = 1.0\n`);
+      return refreshBar();
+    }
     if (state.dirty && !confirm(`${state.path} is not saved: leave it?`)) return refreshBar();
     if (kind === "f:") return tried(open(name));
     const path = prompt("Name of the new recipe", name);
@@ -132,12 +158,29 @@
   }
   async function save() {
     const text = editor.text, reply = await post("/api/save", { path: state.path, text, digest: state.digest });
-    if (reply.changed && confirm(`${state.path} has changed on the disk since it was opened. Load that version? Cancel keeps yours, unsaved.`))
-      return open(state.path);
+    if (reply.changed) await conflict(reply.digest);
     state.digest = told(reply).digest;
     state.dirty = editor.text !== text;
     say(`${state.path} is saved`);
     await poll();
+  }
+
+  // The file has changed on the disk since it was opened: both texts, where they differ, and which of them is to stay.
+  async function conflict(digest) {
+    const theirs = (await get(`/api/text?path=${encodeURIComponent(state.path)}`)).text, a = theirs.split("\n"), b = editor.text.split("\n");
+    let low = 0, high = 0;
+    while (low < Math.min(a.length, b.length) && a[low] === b[low]) ++low;
+    while (high < Math.min(a.length, b.length) - low && a[a.length - 1 - high] === b[b.length - 1 - high]) ++high;
+    const lines = (text, sign) => text.slice(low, text.length - high).map((line) => `${sign} ${line}\n`).join("");
+    const choice = el("section", { class: "choice", role: "alertdialog", tabindex: "-1" });
+    const ends = (work) => () => { choice.remove(); tried(work()); };
+    choice.append(el("p", {}, `${state.path} has changed on the disk since it was opened. From line ${low + 1} they differ, - there, + here:`),
+      el("pre", {}, lines(a, "-") + lines(b, "+")),
+      button("Keep mine", "write over the file", ends(() => { state.digest = digest; return save(); })),
+      button("Take theirs", "load the file", ends(() => open(state.path))), button("Later", "keep editing, unsaved", ends(async () => {})));
+    for (const old of left.querySelectorAll(".choice")) old.remove();
+    left.prepend(choice);
+    choice.focus();
   }
 
   // Runs.
@@ -181,7 +224,7 @@
   async function show(paths, anew = false) {
     if (!paths.length) { say("Mark runs in the table first.", true); return; }
     const one = state.runs.find((run) => run.path === paths[0]), live = paths.length === 1 && one && one.state === "running";
-    if (anew) state.pinned = true;
+    if (anew) state.pinned = fresh = true;
     state.shown = paths;
     state.shownStamp = one ? one.stamp + one.state : "";
     refreshBar();
@@ -230,7 +273,7 @@
         ...columns.map((_, k) => cell((rows.get(one.path) || [])[k])));
     });
     const heads = ["", "run", "kind", "state", "", ...columns.map((c) => c.name + (c.unit ? ` [${c.unit}]` : ""))];
-    runs.replaceChildren(el("section", {}, el("h2", {}, "Runs"), state.runs.length
+    kept(runs, el("section", {}, el("h2", {}, "Runs"), state.runs.length
       ? el("div", { class: "scroll", tabindex: "0" }, el("table", { class: "plain" },
            el("thead", {}, el("tr", {}, ...heads.map((name) => el("th", { scope: "col" }, name)))), el("tbody", {}, ...body)))
       : el("p", { class: "none" }, "None yet: Run starts one in the folder results.")));
@@ -249,7 +292,9 @@
     choose.replaceChildren(
       el("optgroup", { label: "Recipes of the folder" },
          ...here.map((name) => option("f:", name, name + (name === state.path && state.dirty ? " *" : "")))),
-      el("optgroup", { label: "New, from one that came with the program" }, ...(keys ? keys.shipped : []).map((name) => option("s:", name))));
+      el("optgroup", { label: "New, from one that came with the program" }, ...(keys ? keys.shipped : []).map((name) => option("s:", name))),
+      el("optgroup", { label: "A step more, of a chemistry with sources" },
+         ...Object.keys(keys ? keys.decks : {}).map((name) => option("c:", name, `${name} (${keys.decks[name]})`))));
     choose.value = `f:${state.path}`;
   }
 
@@ -262,6 +307,8 @@
     state.recipes = found.recipes;
     state.runs = found.runs;
     state.first = found.recipe;
+    if (found.cut && !state.cut) say("The folder is large: not all of it is listed.", true);
+    state.cut = found.cut;
     if (!news) return;
     if (stamps !== state.stamps) state.table = told(await get("/api/table"));
     for (const path of state.chosen) if (!found.runs.some((run) => run.path === path)) state.chosen.delete(path);
@@ -310,7 +357,13 @@
     if (first) await tried(open(first));
     else say("This folder has no recipe yet: choose one that came with the program.");
     refreshBar();
-    setInterval(() => document.hidden || poll().catch(() => say("The workbench does not answer: it has ended, or the connection is lost.", true)), kPoll);
+    for (let took = 0;;) {  // a folder that takes long is asked less often
+      await new Promise((done) => setTimeout(done, Math.max(kPoll, 10 * took)));
+      const asked = performance.now();
+      if (!document.hidden)
+        await poll().catch(() => say("The workbench does not answer: it has ended, or the connection is lost.", true));
+      took = performance.now() - asked;
+    }
   }
   Sidewall.workbench = { state, open, save, run, stop, resume, show, dropped, get editor() { return editor; } };
   tried(start());
