@@ -2,12 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
 #include <numbers>
-#include <optional>
 
 #include "levelset/shapes/mesh_body.hpp"
 
@@ -200,7 +195,7 @@ void note_thin(double thickness, const levelset::Domain& domain, const std::stri
         path, cells, kFewestCells, thickness / kFewestCells));
 }
 
-// solids.cpp rounds a box's edges: what is left of it within the rounding must be a box.
+// make_body.cpp rounds a box's edges: what is left of it within the rounding must be a box.
 void check_edges(const Layer& layer) {
     if (layer.shape != "box" || layer.radius == 0.0) return;
     const double angle = layer.taper_deg * std::numbers::pi / 180.0, sine = std::abs(std::sin(angle));

@@ -1,7 +1,6 @@
 #pragma once
 #include <array>
 #include <cstddef>
-#include <memory>
 #include <vector>
 
 #include "levelset/layers/stack.hpp"
@@ -22,7 +21,7 @@ struct GridEdge {
     bool is_one = true;
 };
 
-/// Values of all layers and of their continued fronts (levelset/meshes/continued.hpp). Copies share the grids and keep look-up
+/// Values of all layers and of their continued fronts (continued_fronts in fronts.cpp). Copies share the grids and keep look-up
 /// caches: one a thread.
 /// \pre the stack outlives it and does not change meanwhile.
 class Fronts {
