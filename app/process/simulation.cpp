@@ -30,7 +30,7 @@
 #include "levelset/layers/levels.hpp"
 #include "levelset/layers/stack.hpp"
 #include "levelset/meshes/extract.hpp"
-#include "levelset/motion/speed_features.hpp"
+#include "levelset/motion/motion.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {
