@@ -34,16 +34,6 @@ Reaction reaction_of(const Model& model, std::size_t k, const SurfaceFlux& arriv
     return reaction;
 }
 
-PeriodicSides periodic_sides(const flux::LateralBox& box) {
-    PeriodicSides sides;
-    for (std::size_t a = 0; a < 2; ++a) {
-        sides.periodic[a] = box.boundary[a] == flux::Boundary::periodic;
-        sides.min[a] = box.min[a];
-        sides.max[a] = box.max[a];
-    }
-    return sides;
-}
-
 // Means over the nodes' wedges, by area.
 struct NodeMeans {
     const DiffusionElements& elements;
@@ -74,10 +64,8 @@ struct NodeMeans {
 // Lets the coverages that diffuse react and spread along the traced surface together: backward Euler in time,
 // reactions linear in the coverage (Rosenbrock's first stage), so that long time steps lead to the steady
 // state of both; finite elements on the traced triangles. What diffuses passes creases and sides that are
-// periodic, not reflective ones nor the edge of a material that it does not diffuse on. \param arriving
-// fluxes, and coverages before. \param after  by coverage and wedge: what reactions alone make of them;
-// diffusing ones are replaced where they diffuse. \throws NumericsError where D or the rates have no value,
-// with the expression.
+// periodic, not reflective ones nor the edge of a material that it does not diffuse on.
+// \param after  by coverage and wedge: what reactions alone make of them; replaced where they diffuse.
 void diffuse_coverages(const Model& model, const TracedSurface& surface, const SurfaceFlux& arriving,
                        const WedgePoints& points, double time, std::vector<std::vector<double>>& after) {
     const flux::Wedges& wedges = arriving.wedges;
@@ -95,8 +83,7 @@ void diffuse_coverages(const Model& model, const TracedSurface& surface, const S
             for (std::size_t c = 0; c < 3 && by_triangle[t] > 0.0; ++c) takes_part[corner[c]] = 1;
         }
         const Reaction reaction = reaction_of(model, k, arriving, points, takes_part);
-        const DiffusionElements elements =
-            diffusion_elements(surface.traced(), by_triangle, periodic_sides(surface.box));
+        const DiffusionElements elements = diffusion_elements(surface.traced(), by_triangle, surface.box);
         const NodeMeans means{elements, wedges, takes_part};
         const std::vector<double> nodes = diffused(elements, means(arriving.coverage[k]), time,
                                                    means(reaction.source), means(reaction.decay));

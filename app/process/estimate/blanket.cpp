@@ -18,8 +18,6 @@
 namespace sidewall::app {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 // Every tally of every species on a flat wafer, and the scales of those that depend on the material.
 struct FlatFluxes {
     std::vector<double> tallies;
@@ -305,6 +303,14 @@ std::vector<BlanketRate> blanket_rates(const StepMaterials& here) {
         }
     }
     return rates;
+}
+
+double fastest_blanket(const Recipe& recipe, const Step& step) {
+    double fastest = 0.0;
+    for (const StepMaterials& here : materials_by_step(recipe))
+        if (here.step->built == step.built)
+            for (const BlanketRate& at : blanket_rates(here)) fastest = std::max(fastest, std::abs(at.rate));
+    return fastest;
 }
 
 std::string blanket_table(const Recipe& recipe) {

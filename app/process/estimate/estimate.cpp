@@ -142,15 +142,6 @@ double speed_to_stop(const Step& step, const levelset::MaterialStack& stack, con
     return speed;
 }
 
-// The largest |V| of a flat wafer of any material that the step meets.
-double fastest_blanket(const Recipe& recipe, const Step& step) {
-    double fastest = 0.0;
-    for (const StepMaterials& here : materials_by_step(recipe))
-        if (here.step->built == step.built)
-            for (const BlanketRate& at : blanket_rates(here)) fastest = std::max(fastest, std::abs(at.rate));
-    return fastest;
-}
-
 // Measures the narrowest opening of the wafer before the first step, between a quarter and three quarters of
 // its height.
 void measure_openings(Estimation& e) {
