@@ -54,7 +54,7 @@ double area_from_above(const TriangleMesh& mesh, std::size_t t, const ColumnSigh
 // What lies at a place of the surface: the material that is bare, and the thickness that covers another one.
 struct Place {
     int bare = -1;
-    double cover = std::numeric_limits<double>::infinity();
+    double cover = kInfinity;
 };
 
 class Covers {
@@ -106,7 +106,7 @@ class Columns {
             const Vec3 from = point + Vec3(0.0, 0.0, 0.01 * spacing_);
             const surface::RayHit hit =
                 scene ? scene->closest_hit(from, -Vec3::UnitZ(), 0.0, 1e30) : surface::RayHit();
-            return hit ? hit.distance : std::numeric_limits<double>::infinity();
+            return hit ? hit.distance : kInfinity;
         };
         return everywhere_ || std::any_of(layers_.begin(), layers_.end(), [&](const auto& layer) {
                    const double top = depth(layer.first);

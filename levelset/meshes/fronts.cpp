@@ -198,11 +198,9 @@ class KnownValues {
 // that are buried, farther from the next front than from the layer's own, lie in a plane, and the next front
 // crosses it in another that goes on beyond, the layer goes on by these nodes alone, no higher than the
 // values that are there. The greatest of the continued fronts of a layer and of all above it is that layer's
-// level set.
+// level set. Result by layer but the last one, each with the voxels of the layer's own grid.
 //
-// \param finer  the next finer level, where there is one: of several levels, fronts go on where the stack's
-// own counts. \returns by layer but the last one, each with the voxels of the layer's own grid. \note O(n),
-// parallel.
+// \param finer  the next finer level, if there is one: of several, fronts go on where the stack's own counts.
 std::vector<GridPtr> continued_fronts(const MaterialStack& stack, const MaterialStack* finer) {
     std::vector<GridPtr> fronts;
     const float near = kNearFront * static_cast<float>(stack.domain.spacing),

@@ -174,7 +174,7 @@ Polygon closed_profile(const Shape& shape, bool open, double far) {
 Body profile(const Shape& shape, const Domain& domain) {
     require(shape.profile.size() > 1, "a profile needs two points");
     const bool open = shape.profile.front() != shape.profile.back();
-    double low = std::numeric_limits<double>::infinity(), high = -low;
+    double low = kInfinity, high = -low;
     for (const auto& p : shape.profile) {
         low = std::min(low, p[1]);
         high = std::max(high, p[1]);
@@ -191,8 +191,7 @@ Body profile(const Shape& shape, const Domain& domain) {
 }
 
 // The bodies that are no wafer with something in or on it: spheres, cylinders, gaps, profiles, boxes with
-// rounded edges, and all that is to be subtracted but planes and meshes. Nothing for others; see make_body,
-// which calls this. \throws GeometryError for lengths that make no body.
+// rounded edges, and all that is to be subtracted but planes and meshes. Nothing for others.
 std::optional<Body> make_solid(const Shape& shape, const Domain& domain) {
     switch (shape.kind) {
         case ShapeKind::sphere:
@@ -230,7 +229,7 @@ void require(bool good, const Shape& shape, const char* what) {
 // Distance from the axis (trench, fin: |x|; hole: radius) and height: the profile of a body that is symmetric
 // about its axis.
 double profile_distance(const std::vector<Vec2>& profile, double s, double z, bool gas) {
-    double squared = std::numeric_limits<double>::infinity();
+    double squared = kInfinity;
     const Vec2 p(s, z);
     for (std::size_t k = 0; k + 1 < profile.size(); ++k) {
         const Vec2 &a = profile[k], ab = profile[k + 1] - a;

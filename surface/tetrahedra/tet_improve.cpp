@@ -60,7 +60,7 @@ bool remove_edge(TetComplex& mesh, std::uint32_t a, std::uint32_t b) {
     for (std::size_t span = 2; span < n; ++span)
         for (std::size_t i = 0; i + span < n; ++i) {
             const std::size_t j = i + span;
-            widest[i][j] = std::numeric_limits<double>::infinity();
+            widest[i][j] = kInfinity;
             for (std::size_t k = i + 1; k < j; ++k) {
                 double here = std::max(k > i + 1 ? widest[i][k] : -1.0, j > k + 1 ? widest[k][j] : -1.0);
                 here = std::max(here, mesh.cosine({ring[i], ring[k], ring[j], b}));
