@@ -13,11 +13,6 @@
 namespace sidewall::levelset {
 namespace {
 
-// In cells, the film with which a layer counts as covered: marching cubes cuts off less than kCovering of a
-// convex corner, through which a thinner film's surface would pass; a hollow one it fills. So much of it is
-// asked for at the ends of edges of the grid that the layer's front crosses: these lie within a cell of it.
-constexpr double kCovering = 0.5, kCoveringHollow = 0.25, kBesideFront = 1.0;
-
 // How far from a node, in cells along an axis, its layer's own distances are looked for, those of the buried
 // nodes, and the next front. Of the buried ones two columns lie within reach of any cell that the next front
 // passes; where that ends two cells farther on, as at a trench's floor, it still is a plane.
@@ -227,9 +222,10 @@ std::vector<GridPtr> continued_fronts(const MaterialStack& stack, const Material
     return fronts;
 }
 
-// In cells, the film with which a layer counts as covered: marching cubes cuts off less than that of a
-// corner. So much of it is asked for at nodes of the cells that the layer's front passes through.
-constexpr double kCovering = 0.5, kOfCutCells = 1.75;
+// In cells, the film with which a layer counts as covered: marching cubes cuts off less than kCovering of a
+// convex corner, through which a thinner film's surface would pass; a hollow one it fills. So much of it is
+// asked for at the ends of edges of the grid that the layer's front crosses: these lie within a cell of it.
+constexpr double kCovering = 0.5, kCoveringHollow = 0.25, kBesideFront = 1.0;
 
 }  // namespace
 
