@@ -45,7 +45,7 @@ class OpenedFolder {
     /// \throws NotInside
     std::filesystem::path inside(const std::string& name) const;
 
-    /// The same of a folder that is to be read whole, as for a report.
+    /// The path of a folder in it that is to be read whole, as for a report.
     /// \throws NotInside if there is a link in it, or in a folder of it.
     std::filesystem::path without_links(const std::string& name) const;
 
