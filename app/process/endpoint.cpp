@@ -158,8 +158,9 @@ BareFloor bare_floor(const levelset::MaterialStack& stack, const TriangleMesh& s
     Covers covers(stack, material);
     const Columns columns(stack, material);
     const ColumnSight sight(surface, stack.domain.spacing);
-    // Thickness that covers the material, area. What is covered beside a wall is of the cell that the wall's
-    // foot cuts off: it counts where there is no other floor.
+    // Thickness that covers the material, area. What is covered by less than a cut corner in the cell of a
+    // wall's foot is that corner: it counts where there is no other floor.
+    constexpr double kCutOff = 0.6;  // in cells
     std::vector<std::pair<double, double>> floor, beside_walls;
     double bare = 0.0;
     bool any = false;
@@ -175,7 +176,8 @@ BareFloor bare_floor(const levelset::MaterialStack& stack, const TriangleMesh& s
              !columns.has_below(point)))
             continue;
         const bool is_bare = place.bare == material;
-        const bool beside = std::ranges::any_of(surface.triangles[t], [&](auto v) { return feet[v] != 0; });
+        const bool beside = place.cover < kCutOff * stack.domain.spacing &&
+                            std::ranges::any_of(surface.triangles[t], [&](auto v) { return feet[v] != 0; });
         any = any || !beside;
         (is_bare || !beside ? floor : beside_walls).emplace_back(is_bare ? 0.0 : place.cover, area);
         if (is_bare) bare += area;

@@ -223,9 +223,10 @@ class StopCheck {
             note_film(here, "stop_thickness", *step.stop_thickness, end.grown);
         const auto bare = bare_rule(recipe_, step);
         if (bare && !etches_another(here, bare->bare))
-            add(here, step.stop.empty() ? "stop_material" : "stop",
-                fmt::format("nothing that could cover {} is etched on an open wafer",
-                            recipe_.materials[static_cast<std::size_t>(bare->bare)].name));
+            notes.push_back(fmt::format(
+                "{}.{} ends the step at once or never: nothing that could cover {} is etched on an open wafer",
+                here.path, step.stop.empty() ? "stop_material" : "stop",
+                recipe_.materials[static_cast<std::size_t>(bare->bare)].name));
         if (bare || step.stop.empty()) return;
         const StopRule rule = stop_rule(recipe_, step.stop);
         if (rule.figure == "depth" && rule.above)
