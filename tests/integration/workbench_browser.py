@@ -290,7 +290,7 @@ def conflict(page, found, folder):
     press(page, "Run")
     found["run_refused"] = page.until("(document.querySelector('.choice p') || {}).textContent")
     page.until("Sidewall.workbench.open('trench.toml').then(() => true)")
-    found["choices_elsewhere"] = page.js("document.querySelectorAll('.choice').length")
+    found["choices_elsewhere"] = page.js("document.querySelectorAll('[role=alertdialog]').length")
     # Removed, it can be written anew.
     page.until("Sidewall.workbench.open('small.toml').then(() => true)")
     put_cursor(page, 0, "# mine")
@@ -336,7 +336,10 @@ def layout(page, found):
     found["widths"], found["grounds"] = [], []
     for width, height in ((1366, 768), (1180, 820), (820, 1180), (768, 1024)):
         page.send("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+        end = time.time() + 15  # until the page is drawn anew at this width
         time.sleep(1)
+        while page.js("document.documentElement.scrollWidth > innerWidth") and time.time() < end:
+            time.sleep(0.2)
         found["widths"].append(page.js("[document.documentElement.scrollWidth, innerWidth]"))
     page.send("Emulation.clearDeviceMetricsOverride")
     for scheme in ("light", "dark"):

@@ -92,7 +92,7 @@ TEST_CASE(
     CHECK(page["choices_elsewhere"] == 0);
     CHECK(page["removed"].get<std::string>().find("removed") != std::string::npos);
     CHECK(page["anew"] == "# mine\n");
-    CHECK(page["longest_silence"] < 15'000);  // ms
+    CHECK(page["longest_silence"] < 20'000);  // ms, the drawing of a report among them
     CHECK(page["masks"] == 1);
     CHECK(page["latin"].get<std::string>().find("UTF-8") != std::string::npos);
     CHECK(page["still_open"] == "masked.toml");
