@@ -310,7 +310,7 @@ def other_files(page, found, folder):
         with open(f"{folder}/{name}", "wb") as file:
             file.write(text)
     page.until("Sidewall.workbench.open('masked.toml').then(() => true)")
-    found["masks"] = page.until("Sidewall.viewer.outlines.children.length")
+    found["masks"] = page.until("Sidewall.viewer && Sidewall.viewer.outlines.children.length")
     page.js("Sidewall.workbench.open('latin.toml').catch((error) => { window.refused = error.message; })")
     found["latin"] = page.until("window.refused")
     found["still_open"] = page.js("Sidewall.workbench.state.path")
