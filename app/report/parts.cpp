@@ -137,8 +137,11 @@ Json table_section(const std::string& title, const TextTable& table, const Json&
 
 TextTable last_of_timeline(const fs::path& run) {
     constexpr std::streamoff kTail = 65'536;  // longer than any row
-    std::ifstream file(run / "timeline.csv", std::ios::binary);
+    std::ifstream file;
     std::string names, tail;
+    std::error_code failure;
+    if (fs::is_regular_file(run / "timeline.csv", failure))  // a pipe would be waited for
+        file.open(run / "timeline.csv", std::ios::binary);
     if (!std::getline(file, names)) throw FileError("{}: cannot be read", (run / "timeline.csv").string());
     const std::streamoff begin = file.tellg();
     file.seekg(0, std::ios::end);

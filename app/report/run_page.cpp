@@ -251,11 +251,11 @@ Page run_page(const fs::path& folder, std::size_t bytes, const std::optional<Sav
         if (wafer)
             saved_ones.front() = {.time = metadata_number(wafer->metadata, "time").value_or(0.0),
                                   .file = saved_ones.front().file};
-        if (only)
+        if (const SavedSurface& shown = saved_ones.front(); only)
             page.notes.push_back(
-                only->after.empty()
-                    ? fmt::format("The view shows the wafer at time {:.6g} alone.", only->time)
-                    : fmt::format("The view shows the wafer at the end of step {} alone.", only->after));
+                shown.after.empty()
+                    ? fmt::format("The view shows the wafer at time {:.6g} alone.", shown.time)
+                    : fmt::format("The view shows the wafer at the end of step {} alone.", shown.after));
         surface::MeshMetadata metadata;
         surface::read_mesh(saved_ones.front().file, &metadata);
         const std::string unit = metadata_text(metadata, "time_unit", "");

@@ -25,9 +25,16 @@
       this.mirror.on("inputRead", (cm, change) => /[\w[]/.test(change.text[0]) && cm.showHint());
     }
 
+    // The end that all lines of a text have, as the editor keeps one alone.
+    static lineEnd(text) {
+      const ends = new Set(text.match(/\r\n?|\n/g));
+      if (ends.size > 1) throw new Error("its lines end in different ways (LF, CRLF): convert it, as by dos2unix");
+      return [...ends][0] || "\n";
+    }
+
     get text() { return this.mirror.getValue(this.newline); }
     set text(text) {
-      this.newline = text.includes("\r\n") ? "\r\n" : "\n";
+      this.newline = Editor.lineEnd(text);
       this.mirror.setValue(text);
       this.mirror.clearHistory();
     }

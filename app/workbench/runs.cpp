@@ -136,7 +136,8 @@ bool stop_run(const OpenedFolder& folder, const std::string& name) {
     // The file says a number; only a process of this program is meant.
     const auto program = [](const std::string& process) {
         std::error_code failure;
-        return fs::read_symlink("/proc/" + process + "/exe", failure).filename();
+        const std::string name = fs::read_symlink("/proc/" + process + "/exe", failure).filename().string();
+        return name.substr(0, name.find(" (deleted)"));  // it has been built anew since
     };
     if (program(match[1]) != program("self")) return false;
     return ::kill(static_cast<pid_t>(std::stol(match[1])), SIGTERM) == 0;

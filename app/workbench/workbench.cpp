@@ -128,6 +128,18 @@ Json text_json(const OpenedFolder& folder, const WebRequest& request) {
     return {{"text", text}, {"digest", digest(text)}};
 }
 
+// The file is not as the page has it; the digest of one that was removed is empty.
+Json changed_json(const OpenedFolder& folder, const std::string& path) {
+    std::string now;
+    try {
+        now = digest(folder.read(path));
+    } catch (const NotInside&) {
+    }
+    return {{"problem", path + ": has changed on the disk since it was opened"},
+            {"changed", true},
+            {"digest", now}};
+}
+
 Json save(const OpenedFolder& folder, const Json& asked) {
     const std::string path = text_at_key(asked, "path"), text = text_at_key(asked, "text");
     if (!path.ends_with(".toml") && !path.ends_with(".csv"))
@@ -135,12 +147,22 @@ Json save(const OpenedFolder& folder, const Json& asked) {
     try {
         folder.make_room_for(path);
         folder.write(path, text, text_at_key(asked, "digest"));
-    } catch (const ChangedOnDisk& error) {
-        return {{"problem", error.what()}, {"changed", true}, {"digest", digest(folder.read(path))}};
+    } catch (const ChangedOnDisk&) {
+        return changed_json(folder, path);
     } catch (const IoError& error) {
         return {{"problem", error.what()}};
     }
     return {{"digest", digest(text)}};
+}
+
+// Starts what the page asks for, of the recipe that it shows if it says which text that is.
+Json start(const OpenedFolder& folder, const Json& asked) {
+    if (asked.contains("digest")) {
+        Json changed = changed_json(folder, text_at_key(asked, "recipe"));
+        if (changed["digest"] != asked["digest"]) return changed;
+    }
+    start_run(folder, asked);
+    return Json::object();
 }
 
 // The folder that a recipe of the page is in, where files that it names are sought; before it is there, the
@@ -220,11 +242,11 @@ Json log_json(const OpenedFolder& folder, const WebRequest& request) {
     std::string text;
     try {
         const auto asked = request.query.find("run");
-        text = folder.read(asked == request.query.end() ? "" : asked->second + ".log");
+        text = folder.read_end(asked == request.query.end() ? "" : asked->second + ".log", kMost);
     } catch (const NotInside&) {
         text = "The page did not start this run: it has no log here.\n";
     }
-    return {{"text", text.size() > kMost ? text.substr(text.size() - kMost) : text}};
+    return {{"text", text}};
 }
 
 // A measured profile as columns of numbers.
@@ -253,10 +275,7 @@ WebReply posted(const OpenedFolder& folder, const std::string& path, const Json&
     if (path == "/api/check") return check(folder, asked);
     if (path == "/api/save") return reply_of(save(folder, asked));
     if (path == "/api/profile") return reply_of(profile_json(asked));
-    if (path == "/api/start") {
-        start_run(folder, asked);
-        return reply_of(Json::object());
-    }
+    if (path == "/api/start") return reply_of(start(folder, asked));
     if (path == "/api/stop") return reply_of({{"asked", stop_run(folder, text_at_key(asked, "run"))}});
     throw NotInside("no such page");
 }

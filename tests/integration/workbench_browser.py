@@ -206,6 +206,7 @@ def edit(page, found):
 
 
 def run_stop_resume(page, found):
+    page.js("performance.setResourceTimingBufferSize(10000)")
     state = f"({ROWS}.find((r) => r.textContent.includes('results/trench')) || {{}}).textContent"
     page.until(f"({state} || '').includes('running')")
     frames = set()
@@ -227,9 +228,13 @@ def run_stop_resume(page, found):
     press(page, "Stop")
     page.until(f"({state} || '').includes('stopped')")
     found["stopped"] = page.js(state)
+    found["last_alone"] = page.js("fetch('/api/results?run=results/trench&last=1').then((reply) => reply.json())"
+                                  ".then((one) => [one.sections[0].frames[0].label, one.notes.join()])")
     press(page, "Resume")
     page.until(f"({state} || '').includes('finished')", 300)
     page.until("document.querySelectorAll('.results figure').length > 5")
+    found["longest_silence"] = page.js("performance.getEntriesByType('resource').filter((x) => x.name.endsWith('/api/contents'))"
+                                       ".reduce(([most, last], x) => [Math.max(most, x.startTime - last), x.startTime], [0, 0])[0]")
     found["charts"] = page.js("[...document.querySelectorAll('.results figcaption')].map((x) => x.textContent)")
 
 
@@ -279,6 +284,24 @@ def conflict(page, found, folder):
     page.until("!Sidewall.workbench.state.dirty")
     with open(path) as file:
         found["kept"] = file.readline()
+    # Changed again, it is not run either; the question ends with another recipe.
+    with open(path, "w") as file:
+        file.write(SMALL)
+    press(page, "Run")
+    found["run_refused"] = page.until("(document.querySelector('.choice p') || {}).textContent")
+    page.until("Sidewall.workbench.open('trench.toml').then(() => true)")
+    found["choices_elsewhere"] = page.js("document.querySelectorAll('[role=alertdialog]').length")
+    # Removed, it can be written anew.
+    page.until("Sidewall.workbench.open('small.toml').then(() => true)")
+    put_cursor(page, 0, "# mine")
+    page.until("Sidewall.workbench.state.dirty")
+    os.remove(path)
+    page.key("s", "KeyS", 83, CONTROL)
+    found["removed"] = page.until("(document.querySelector('.choice p') || {}).textContent")
+    page.until(choose.format("Keep mine"))
+    page.until("!Sidewall.workbench.state.dirty")
+    with open(path) as file:
+        found["anew"] = file.readline()
 
 
 def other_files(page, found, folder):
@@ -287,7 +310,7 @@ def other_files(page, found, folder):
         with open(f"{folder}/{name}", "wb") as file:
             file.write(text)
     page.until("Sidewall.workbench.open('masked.toml').then(() => true)")
-    found["masks"] = page.until("Sidewall.viewer.outlines.children.length")
+    found["masks"] = page.until("Sidewall.viewer && Sidewall.viewer.outlines.children.length")
     page.js("Sidewall.workbench.open('latin.toml').catch((error) => { window.refused = error.message; })")
     found["latin"] = page.until("window.refused")
     found["still_open"] = page.js("Sidewall.workbench.state.path")
@@ -313,7 +336,10 @@ def layout(page, found):
     found["widths"], found["grounds"] = [], []
     for width, height in ((1366, 768), (1180, 820), (820, 1180), (768, 1024)):
         page.send("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+        end = time.time() + 15  # until the page is drawn anew at this width
         time.sleep(1)
+        while page.js("document.documentElement.scrollWidth > innerWidth") and time.time() < end:
+            time.sleep(0.2)
         found["widths"].append(page.js("[document.documentElement.scrollWidth, innerWidth]"))
     page.send("Emulation.clearDeviceMetricsOverride")
     for scheme in ("light", "dark"):

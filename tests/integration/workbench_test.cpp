@@ -75,15 +75,24 @@ TEST_CASE(
     CHECK(page["seen_after"][1] == page["seen_before"][1]);
     CHECK(page["curves_while_running"] > 2);
     CHECK(page["charts"].size() > 5);
+    const auto label = page["last_alone"][0].get<std::string>();  // "t = 0.4 s", of the checkpoint
+    CHECK(label != "t = 0 s");
+    CHECK(page["last_alone"][1].get<std::string>().find(" time " + label.substr(4, label.rfind(' ') - 4) +
+                                                        " alone") != std::string::npos);
     CHECK(holds(page["compared"], "results/trench"));
     CHECK(holds(page["compared"], "results/trench-2"));
     CHECK(holds(page["differs"], "step[0].duration"));
     CHECK(page["dots"] >= 5);
     CHECK(page["fitted"][0] == "step[0].sticking");
     CHECK(page["fitted"][1] == Approx(0.5).margin(0.05));  // in the recipe that made the profile
-    CHECK(page["swept"].get<std::string>().find("run") != std::string::npos);
+    CHECK(page["swept"].get<std::string>().find("Response curves") != std::string::npos);
     CHECK(page["conflict"] == "- # theirs\n+ # mine\n");
     CHECK(page["kept"] == "# mine\n");
+    CHECK(page["run_refused"].get<std::string>().find("small.toml has changed on the disk") == 0);
+    CHECK(page["choices_elsewhere"] == 0);
+    CHECK(page["removed"].get<std::string>().find("removed") != std::string::npos);
+    CHECK(page["anew"] == "# mine\n");
+    CHECK(page["longest_silence"] < 20'000);  // ms, the drawing of a report among them
     CHECK(page["masks"] == 1);
     CHECK(page["latin"].get<std::string>().find("UTF-8") != std::string::npos);
     CHECK(page["still_open"] == "masked.toml");

@@ -132,8 +132,32 @@ TEST_CASE("a recipe is saved as it was typed, and not over a change that the pag
     CHECK(text_of(opened.inside.path / "new/c.toml") == typed);
     CHECK(Json::parse(opened.post("/api/save", {{"path", "a.toml"}, {"text", "x"}, {"digest", ""}})
                           .body)["changed"] == true);
+    // One that was removed meanwhile is written anew when the page has asked.
+    fs::remove(opened.inside.path / "a.toml");
+    const Json removed = Json::parse(opened.post("/api/save", saving).body);
+    CHECK(removed["changed"] == true);
+    saving["digest"] = removed["digest"];
+    CHECK(Json::parse(opened.post("/api/save", saving).body).contains("digest"));
+    CHECK(text_of(opened.inside.path / "a.toml") == typed);
     CHECK(Json::parse(opened.post("/api/save", {{"path", "run.sh"}, {"text", "x"}, {"digest", ""}}).body)
               .contains("problem"));
+}
+
+TEST_CASE("a file that is saved keeps its rights") {
+    const Opened opened;
+    fs::permissions(opened.inside.path / "a.toml", fs::perms(0640));
+    opened.folder.write("a.toml", "new", digest(kRecipe));
+    CHECK(text_of(opened.inside.path / "a.toml") == "new");
+    CHECK(fs::status(opened.inside.path / "a.toml").permissions() == fs::perms(0640));
+}
+
+TEST_CASE("a recipe is not run as another text than the page shows") {
+    const Opened opened;
+    const Json asked{{"command", "run"}, {"recipe", "a.toml"}, {"output", "x"}, {"digest", digest("old")}};
+    const Json reply = Json::parse(opened.post("/api/start", asked).body);
+    CHECK(reply["changed"] == true);
+    CHECK(reply["digest"] == digest(kRecipe));
+    CHECK_FALSE(fs::exists(opened.inside.path / "x.log"));
 }
 
 TEST_CASE("results with a link among them are not listed, and a report reads none that has one",
@@ -152,6 +176,10 @@ TEST_CASE("results with a link among them are not listed, and a report reads non
     CHECK(opened.folder.without_links("results/good") == fs::canonical(results / "good"));
     CHECK_THROWS_AS(opened.folder.without_links("results/below"), NotInside);
     CHECK(opened.get("/api/results", "run", "results/below").status == 404);
+    fs::remove(results / "good/timeline.csv");
+    mkfifo((results / "good/timeline.csv").c_str(), 0600);  // whoever opened it would wait for ever
+    CHECK(opened.folder.contents().results == std::vector<std::string>{"results/below"});
+    CHECK_THROWS_AS(last_of_timeline(results / "good"), sidewall::FileError);
 }
 
 TEST_CASE("a list of surfaces leads to files beside it alone", "[foreign]") {
@@ -185,7 +213,9 @@ TEST_CASE("the list of a large folder ends at a bound, and says so", "[foreign]"
     fs::create_directories(opened.inside.path / "many");
     for (int k = 0; k < 600; ++k) std::ofstream(opened.inside.path / "many" / (std::to_string(k) + ".toml"));
     CHECK_FALSE(opened.folder.contents().whole);
-    CHECK(opened.folder.contents().recipes.size() == 500);
+    const OpenedFolder::Contents contents = opened.folder.contents();
+    CHECK(contents.recipes.size() == 500);
+    CHECK(std::ranges::count(contents.recipes, "a.toml") == 1);
     CHECK(Json::parse(opened.get("/api/contents", "", "").body)["cut"] == true);
 }
 
