@@ -169,11 +169,11 @@ class Refiner {
         run.folder = fs::path(kAccuracyFolder) / folder.filename();
         if (!result_) return;
         refuse_link(folder);
+        fs::remove(options_.output / "summary.json");
         write_manifest(folder, {"recipe.toml", "summary.json"});
         fs::remove(folder / "recipe.toml");  // so that no summary ever stands beside another recipe
         write_json((folder / "summary.json").string(), run.summary);
         write_file(folder / "recipe.toml", surface::read_whole_file(options_.output / "recipe.toml"));
-        fs::remove(options_.output / "summary.json");
     }
 
     bool has_all_asked() const {

@@ -17,7 +17,6 @@
 #include "app/common/timing.hpp"
 #include "app/process/record/saved_meshes.hpp"
 #include "flux/radiosity/method_choice.hpp"
-#include "flux/radiosity/single_flux.hpp"
 #include "surface/files/mesh_io.hpp"
 #include "surface/repair.hpp"
 

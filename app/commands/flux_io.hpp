@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/common/json.hpp"
-#include "flux/radiosity/single_flux.hpp"
+#include "flux/radiosity/method_choice.hpp"
 #include "surface/error.hpp"
 #include "surface/triangle_mesh.hpp"
 

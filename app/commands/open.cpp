@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <malloc.h>
 #include <unistd.h>
 #include <cstdlib>
 #include <memory>
@@ -73,6 +74,9 @@ void open(const OpenOptions& options) {
     const OpenedFolder folder(file ? input.parent_path() : input);
     const Workbench workbench(folder, file ? input.filename().string() : "");
     install_interrupt_handler();
+    // Threads answer in turn: what one's answers took serves the next, and large ones are given back.
+    ::mallopt(M_ARENA_MAX, 2);
+    ::mallopt(M_MMAP_THRESHOLD, 1 << 17);
     std::optional<Signpost> signpost;
     serve({.port = static_cast<std::uint16_t>(options.port),
            .token = random_token(),

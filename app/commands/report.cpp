@@ -26,7 +26,7 @@ Report report_of(const ReportOptions& options) {
     if (!one) return make_report(std::vector<fs::path>(options.inputs.begin(), options.inputs.end()));
     if (options.choice.named()) return make_report(first, saved_choice(first, options.choice));
     if (options.last && is_there(fs::path(first) / "surface.pvd"))
-        return make_report(first, saved_surfaces(first).back());
+        return make_report(first, saved_surfaces(first).back(), true);
     return make_report(first);
 }
 
@@ -64,7 +64,9 @@ void add_report_command(CLI::App& program) {
     add_option(command, "--json", options->json, "FILE",
                "Write what the page would show as JSON instead; - for standard output");
     const auto [step, time] = add_choice_options(command, options->choice);
-    command.add_flag("--last", options->last, "Of a run: the surface saved last alone")
+    command
+        .add_flag("--last", options->last,
+                  "Of a run: its last surface alone, or the wafer of its checkpoint if that is later")
         ->excludes(step)
         ->excludes(time);
     command.callback([options] { report(*options); });

@@ -77,6 +77,10 @@ void add_run_command(CLI::App& program) {
         .add_flag("--overwrite", options->overwrite,
                   "Replace an unfinished run or another recipe's result in the folder")
         ->excludes(&resume);
+    add_option(
+        command, "--checkpoint-every", options->checkpoint_every, "N",
+        "Write a checkpoint after every N time steps, too: less is lost if the run is killed, and `report --last` and the "
+        "workbench show it moving (default: with every saved surface)");
     command.add_flag("--quiet", options->quiet,
                      "Print no progress, no events and no report; summary.json has them all");
     const auto accuracy = std::make_shared<std::vector<std::string>>();

@@ -138,8 +138,12 @@ void add_intervals(const LeastSquares& problem, LeastSquaresResult& result) {
                              {of_noise, noise.degrees});
     };
     result.error_from_noise = !problem.known_errors && count <= parameters;
-    const double hidden =
-        3.0 * result.noise * std::sqrt(2.0 * static_cast<double>(count)) / (2.0 * kMostDifference);
+    // Three close points may lie on a line by chance. Where the random numbers are no longer common, points
+    // scatter as seeds do; what scatters more is the model's curvature.
+    const double apart = std::max(
+        result.noise,
+        std::min(result.scatter, noise_over_seeds(result).norm() / std::sqrt(static_cast<double>(count))));
+    const double hidden = 3.0 * apart * std::sqrt(2.0 * static_cast<double>(count)) / (2.0 * kMostDifference);
     // Residuals of a search that was cut short are no measure of errors.
     const bool reliable = result.converged || !problem.descends || problem.known_errors;
     MatrixXd unbounded = MatrixXd::Identity(parameters, parameters) - tested * tested.transpose();

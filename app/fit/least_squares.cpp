@@ -67,6 +67,7 @@ class Fitter {
         const Eigen::SelfAdjointEigenSolver<MatrixXd> axes(model.covariance);
         const Index tested = (axes.eigenvalues().array() < model.slope * model.slope).count();
         result.slopes = model.coefficients.middleRows(1, parameters_).transpose();
+        result.scatter = scatter(model);
         result.tested = tested == parameters_ ? MatrixXd::Identity(parameters_, parameters_)
                                               : MatrixXd(axes.eigenvectors().leftCols(tested));
         add_intervals(problem_, result);
@@ -159,6 +160,19 @@ class Fitter {
         model.covariance =
             inverse.middleRows(1, parameters_) * inverse.middleRows(1, parameters_).transpose();
         return model;
+    }
+
+    // Standard deviation of the residuals about the model, of samples as far apart as those that give slopes.
+    double scatter(const Model& model) const {
+        double sum = 0.0, degrees = -static_cast<double>(model.coefficients.rows());
+        for (const FitTrial& sample : samples_) {
+            const VectorXd d = sample.x - center().x;
+            if (!std::isfinite(sample.cost()) || d.lpNorm<Eigen::Infinity>() > kMostDifference) continue;
+            sum += (*sample.residuals - *center().residuals - model.coefficients.transpose() * terms(d))
+                       .squaredNorm();
+            degrees += 1.0;
+        }
+        return degrees > 0.0 ? std::sqrt(sum / (degrees * count())) : 0.0;
     }
 
     // Adds samples along the directions in which a slope is less certain than asked for. False if there are

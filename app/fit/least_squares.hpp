@@ -59,8 +59,10 @@ struct LeastSquaresResult {
     Eigen::MatrixXd covariance;     ///< of the parameters
     Eigen::VectorXd half_interval;  ///< of 95 %; hundreds where nothing bounds it
     double noise = 0.0;             ///< standard deviation of a residual from one nearby point to the next
-    ErrorCorrelation correlation;   ///< of errors along profiles, with which the covariance is found
-    bool converged = false;         ///< else the runs were used up
+    double scatter =
+        0.0;  ///< standard deviation of a residual about the quadratic model at points that show slopes
+    ErrorCorrelation correlation;  ///< of errors along profiles, with which the covariance is found
+    bool converged = false;        ///< else the runs were used up
     bool error_from_noise =
         false;  ///< no degree of freedom was left, and errors are those of the model's noise
     std::vector<Eigen::VectorXd> free_directions;  ///< unit vectors along which the residuals do not change

@@ -1,7 +1,5 @@
 #include "app/models/geometric_steps.hpp"
 
-#include <limits>
-
 #include "app/models/model.hpp"
 #include "levelset/motion/geometric.hpp"
 
@@ -116,8 +114,7 @@ ModelEntry cut() {
             for (const std::string& name : p.materials) ids.push_back(*material_id(materials, name));
             for (const levelset::Layer& layer : stack.layers)
                 if (p.materials.empty()) ids.push_back(layer.material);
-            levelset::cut(stack, ids, pattern,
-                          p.depth ? -*p.depth : -std::numeric_limits<double>::infinity());
+            levelset::cut(stack, ids, pattern, p.depth ? -*p.depth : -kInfinity);
         },
         true);
 }

@@ -8,7 +8,7 @@
 
 #include "app/pictures/picture.hpp"
 #include "app/results/result.hpp"
-#include "surface/signed_distance.hpp"
+#include "surface/distance.hpp"
 
 // The scene that render() draws: meshes with their colours and normals.
 namespace sidewall::app {

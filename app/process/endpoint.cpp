@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <iterator>
 #include <utility>
 
 #include "app/process/arriving/line_of_sight.hpp"
@@ -28,6 +30,21 @@ bool lies_flat(const TriangleMesh& mesh, std::size_t t) {
     return area.z() > kFloorRise * area.norm();
 }
 
+// By vertex, whether a wall rises from it.
+std::vector<std::uint8_t> feet_of_walls(const TriangleMesh& mesh, double spacing) {
+    constexpr double kRises = 0.05;  // cells
+    std::vector<std::uint8_t> feet(mesh.vertices.size(), 0);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        if (lies_flat(mesh, t)) continue;
+        const auto& [a, b, c] = mesh.triangles[t];
+        const auto height = [&](std::uint32_t v) { return mesh.vertices[v].z(); };
+        const double highest = std::max({height(a), height(b), height(c)});
+        for (const std::uint32_t v : {a, b, c})
+            if (height(v) < highest - kRises * spacing) feet[v] = 1;
+    }
+    return feet;
+}
+
 // Area of a triangle in the top view; 0 of what faces down or an overhang hides.
 double area_from_above(const TriangleMesh& mesh, std::size_t t, const ColumnSight& sight) {
     const double area = area_vector(mesh, t).z();
@@ -37,7 +54,7 @@ double area_from_above(const TriangleMesh& mesh, std::size_t t, const ColumnSigh
 // What lies at a place of the surface: the material that is bare, and the thickness that covers another one.
 struct Place {
     int bare = -1;
-    double cover = std::numeric_limits<double>::infinity();
+    double cover = kInfinity;
 };
 
 class Covers {
@@ -89,7 +106,7 @@ class Columns {
             const Vec3 from = point + Vec3(0.0, 0.0, 0.01 * spacing_);
             const surface::RayHit hit =
                 scene ? scene->closest_hit(from, -Vec3::UnitZ(), 0.0, 1e30) : surface::RayHit();
-            return hit ? hit.distance : std::numeric_limits<double>::infinity();
+            return hit ? hit.distance : kInfinity;
         };
         return everywhere_ || std::any_of(layers_.begin(), layers_.end(), [&](const auto& layer) {
                    const double top = depth(layer.first);
@@ -141,9 +158,14 @@ BareFloor bare_floor(const levelset::MaterialStack& stack, const TriangleMesh& s
     Covers covers(stack, material);
     const Columns columns(stack, material);
     const ColumnSight sight(surface, stack.domain.spacing);
-    std::vector<std::pair<double, double>> floor;  // thickness that covers the material, area
-    double whole = 0.0, bare = 0.0;
+    // Thickness that covers the material, area. What is covered by less than a cut corner in the cell of a
+    // wall's foot is that corner: it counts where there is no other floor.
+    constexpr double kCutOff = 0.6;  // in cells
+    std::vector<std::pair<double, double>> floor, beside_walls;
+    double bare = 0.0;
+    bool any = false;
     const levelset::FacePoints faces(surface);
+    const std::vector<std::uint8_t> feet = feet_of_walls(surface, stack.domain.spacing);
     for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
         const double area = area_from_above(surface, t, sight);
         if (area <= 0.0) continue;
@@ -153,10 +175,16 @@ BareFloor bare_floor(const levelset::MaterialStack& stack, const TriangleMesh& s
             (!lies_flat(surface, t) || std::count(masks.begin(), masks.end(), place.bare) > 0 ||
              !columns.has_below(point)))
             continue;
-        floor.emplace_back(place.bare == material ? 0.0 : place.cover, area);
-        whole += area;
-        if (place.bare == material) bare += area;
+        const bool is_bare = place.bare == material;
+        const bool beside = place.cover < kCutOff * stack.domain.spacing &&
+                            std::ranges::any_of(surface.triangles[t], [&](auto v) { return feet[v] != 0; });
+        any = any || !beside;
+        (is_bare || !beside ? floor : beside_walls).emplace_back(is_bare ? 0.0 : place.cover, area);
+        if (is_bare) bare += area;
     }
+    if (!any) std::ranges::move(beside_walls, std::back_inserter(floor));
+    double whole = 0.0;
+    for (const auto& [cover, area] : floor) whole += area;
     if (whole <= 0.0) return {};
     std::sort(floor.begin(), floor.end());
     BareFloor result{bare / whole};

@@ -18,12 +18,12 @@ namespace sidewall::app {
 ///
 /// The floor is what is seen from straight above and is the material itself, or has it below, is no mask, and rises by
 /// less than 45 degrees. Areas are those of the top view. Walls above the material do not count, so that a tapered hole
-/// can be open, nor does what an overhang hides.
+/// can be open, nor does what an overhang hides. In the cell of a wall's foot, whose corner the surface cuts off, a cover thinner
+/// than that cut does not count where there is other floor.
 struct BareFloor {
-    double share = 0.0;  ///< of the floor, on which the material is bare; 0 without a floor
-    double left =
-        std::numeric_limits<double>::infinity();  ///< thickness that covers it where the share that is asked
-                                                  ///< for would be reached; infinite without a floor
+    double share = 0.0;       ///< of the floor, on which the material is bare; 0 without a floor
+    double left = kInfinity;  ///< thickness that covers it where the share that is asked
+                              ///< for would be reached; infinite without a floor
 };
 
 /// Measures the floor. A film of less than levelset::kExposed counts as gone.

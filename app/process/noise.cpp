@@ -23,12 +23,7 @@ constexpr double kLargest = 0.05;
 
 // Length that an open wafer moves in the step at most.
 double way_of(const Recipe& recipe, const Step& step) {
-    double fastest = 0.0;
-    for (const StepMaterials& here : materials_by_step(recipe))
-        if (here.step->built == step.built)
-            for (const BlanketRate& at : blanket_rates(here))
-                if (at.unknown.empty()) fastest = std::max(fastest, std::abs(at.rate));
-    double way = fastest * step.duration;
+    double way = fastest_blanket(recipe, step) * step.duration;
     if (step.stop_depth) way = std::min(way, *step.stop_depth);
     if (step.stop_thickness) way = std::min(way, *step.stop_thickness);
     return way;

@@ -44,7 +44,9 @@ struct RunOptions {
     bool resume = false;           ///< go on from the folder's checkpoint
     bool overwrite = false;        ///< replace whatever run or file stands in the folder's way
     bool refines = false;  ///< one of several to an accuracy: records of others, in kAccuracyFolder, stay
-    bool quiet = false;    ///< no progress bar, no lines on what happens to the wafer
+    std::uint32_t checkpoint_every =
+        0;               ///< time steps; 0: a checkpoint at each saved surface, and where it is stopped
+    bool quiet = false;  ///< no progress bar, no lines on what happens to the wafer
     std::string title = "run";   ///< of the progress bar
     std::string resume_command;  ///< with which an interrupted run goes on, for its message; may be empty
     std::function<void(std::string_view)> warn{};  ///< takes warnings, a line each; empty: none is said

@@ -22,15 +22,13 @@
 #include "app/process/noise.hpp"
 #include "app/process/record/run_folder.hpp"
 #include "app/process/revision.hpp"
-#include "app/process/run_options.hpp"
 #include "app/process/time_step.hpp"
 #include "app/process/wafer.hpp"
 #include "app/results/metrology.hpp"
 #include "app/results/result.hpp"
 #include "levelset/layers/levels.hpp"
-#include "levelset/layers/stack.hpp"
 #include "levelset/meshes/extract.hpp"
-#include "levelset/motion/speed_features.hpp"
+#include "levelset/motion/motion.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {
@@ -225,6 +223,8 @@ void end_time_step(const Run& run, const Step& step, RunState& state) {
     run.update(state, fmt::format("step {}/{} {}", state.step + 1, run.steps.size(), step.name));
     run.count_seconds(state.timing);
     flux::of_first(run.options.shares, 0);  // agrees on whether to stop
+    if (const std::uint32_t every = run.options.checkpoint_every; every > 0 && state.time_step % every == 0)
+        run.folder.checkpoint(state);
     const bool last = state.step + 1 == run.steps.size() && state.reached(step_end(step, state));
     if (run.options.stop() && !last) throw Interrupted("");
 }

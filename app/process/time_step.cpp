@@ -24,7 +24,7 @@ namespace {
 constexpr double kArrived = 1e-3;
 
 double lowest(const TriangleMesh& surface) {
-    double z = std::numeric_limits<double>::infinity();
+    double z = kInfinity;
     for (const Vec3& p : surface.vertices) z = std::min(z, p.z());
     return z;
 }
@@ -45,8 +45,7 @@ double way_to_bare(const StopRule& rule, const RunState& state, const TriangleMe
     const BareFloor floor = bare_floor(state.stack, surface, rule.bare,
                                        state.endpoint.masks.value_or(std::vector<int>()), rule.value);
     if (rule.above) return floor.share > rule.value ? 0.0 : floor.left;
-    return floor.share < rule.value && std::isfinite(floor.left) ? 0.0
-                                                                 : std::numeric_limits<double>::infinity();
+    return floor.share < rule.value && std::isfinite(floor.left) ? 0.0 : kInfinity;
 }
 
 // The least distance that the front may move before the figure is beyond the value.
@@ -54,7 +53,7 @@ double way_to(const StopRule& rule, const Recipe& recipe, const levelset::Materi
               const TriangleMesh& surface) {
     const Measure now = measure_named(recipe, rule.figure, stack, surface);
     const double left = rule.above ? rule.value - now.value : now.value - rule.value;
-    if (!std::isfinite(left)) return std::numeric_limits<double>::infinity();  // there is no such figure yet
+    if (!std::isfinite(left)) return kInfinity;  // there is no such figure yet
     // A number, as of voids, is beyond a value that it does not equal.
     if (left < 0.0 || (left == 0.0 && now.unit != "1")) return 0.0;
     const std::string& length = recipe.domain.length_unit;
@@ -66,7 +65,7 @@ double way_to(const StopRule& rule, const Recipe& recipe, const levelset::Materi
                                           : width_of_strip(recipe);
         return left * width / total_area(surface);
     }
-    return std::numeric_limits<double>::infinity();
+    return kInfinity;
 }
 
 // Time at which equal time steps must end: the end of the recipe's step or the next surface to save.
@@ -79,8 +78,7 @@ double next_event(const Recipe& recipe, const Step& step, const RunState& state)
 // fastest point, and what is left would shrink from time step to time step without end: so a time step is at
 // least a tenth of a full one, which may overshoot by a twentieth of a grid spacing (cfl is at most 0.5).
 double approach(double distance, double speed, double spacing, double cfl) {
-    return speed > 0.0 ? std::max(distance, 0.1 * cfl * spacing) / speed
-                       : std::numeric_limits<double>::infinity();
+    return speed > 0.0 ? std::max(distance, 0.1 * cfl * spacing) / speed : kInfinity;
 }
 
 // A step that would take this many time steps is a mistake in a rate or a duration.

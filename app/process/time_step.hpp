@@ -1,6 +1,5 @@
 #pragma once
 #include <cstddef>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -17,9 +16,8 @@ namespace sidewall::app {
 
 /// The stop condition that the surface is nearest to.
 struct StopDistance {
-    double left =
-        std::numeric_limits<double>::infinity();  ///< to move; 0 if it holds, infinite if there is none
-    const char* key = "";                         ///< as recipes call it
+    double left = kInfinity;  ///< to move; 0 if it holds, infinite if there is none
+    const char* key = "";     ///< as recipes call it
 };
 
 /// How far the surface may still move before one of the step's stop conditions holds. A condition counts as reached a thousandth of a grid spacing early.

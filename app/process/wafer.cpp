@@ -189,7 +189,7 @@ levelset::MaterialStack stack_of_saved(const fs::path& folder, const RunState& r
 }
 
 double lowest_of_substrate(const levelset::MaterialStack& stack) {
-    double lowest = std::numeric_limits<double>::infinity();
+    double lowest = kInfinity;
     for (const Vec3& p : levelset::extract_surface(stack, 0).vertices) lowest = std::min(lowest, p.z());
     return lowest;
 }

@@ -12,7 +12,7 @@
 
 #include "app/python/arrays.hpp"
 #include "app/python/interruptible.hpp"
-#include "flux/radiosity/single_flux.hpp"
+#include "flux/radiosity/method_choice.hpp"
 #include "surface/repair.hpp"
 
 // Functions of the Python module that trace particles: flux, mend.

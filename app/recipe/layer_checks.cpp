@@ -2,12 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
 #include <numbers>
-#include <optional>
 
 #include "levelset/shapes/mesh_body.hpp"
 
@@ -18,8 +13,8 @@ namespace {
 struct Reach {
     bool covers = false;  // the whole domain
     bool misses = false;
-    double width = 0.0;                                     // of the shape, with what sides mirror
-    double rest = std::numeric_limits<double>::infinity();  // beside it up to its next repetition
+    double width = 0.0;       // of the shape, with what sides mirror
+    double rest = kInfinity;  // beside it up to its next repetition
 };
 
 Reach reach_of(double low, double high, const levelset::Domain& domain, std::size_t axis) {
@@ -60,8 +55,7 @@ std::optional<Walls> walls_of(const Layer& layer, double thickness) {
     const double r = layer.radius, along = 0.5 * layer.length.value_or(0.0),
                  across = 0.5 * layer.span.value_or(0.0);
     if (layer.shape == "trench" || layer.shape == "hole") {
-        const double length =
-            std::min(layer.depth.value_or(std::numeric_limits<double>::infinity()), thickness);
+        const double length = std::min(layer.depth.value_or(kInfinity), thickness);
         if (layer.shape == "trench") return Walls{"width", {0.5 * layer.width, 0.0}, length};
         return Walls{"radius", {r, r}, length, true, true};
     }
@@ -91,7 +85,7 @@ std::array<Reach, 2> reaches(const Layer& layer, const Walls& walls, double lean
     for (std::size_t axis = 0; axis < 2; ++axis) {
         if (walls.half[axis] == 0.0) {
             reach[axis].covers = true;  // it has no ends
-            reach[axis].width = std::numeric_limits<double>::infinity();
+            reach[axis].width = kInfinity;
             continue;
         }
         const double half = walls.half[axis] + lean;
@@ -152,7 +146,7 @@ void check_taper(const Layer& layer, const Walls& walls, const levelset::Domain&
 void check_width(const Layer& layer, const Walls& walls, const levelset::Domain& domain,
                  const std::string& path, std::vector<std::string>& notes) {
     const double dx = domain.spacing, least = kFewestCells * dx * (1.0 - kRounding);
-    double width = std::numeric_limits<double>::infinity(), rest = width;
+    double width = kInfinity, rest = width;
     for (const Reach& reach : reaches(layer, walls, 0.0, domain)) {
         if (reach.covers) continue;  // a wall from side to side
         width = std::min(width, reach.width);
@@ -200,7 +194,7 @@ void note_thin(double thickness, const levelset::Domain& domain, const std::stri
         path, cells, kFewestCells, thickness / kFewestCells));
 }
 
-// solids.cpp rounds a box's edges: what is left of it within the rounding must be a box.
+// make_body.cpp rounds a box's edges: what is left of it within the rounding must be a box.
 void check_edges(const Layer& layer) {
     if (layer.shape != "box" || layer.radius == 0.0) return;
     const double angle = layer.taper_deg * std::numbers::pi / 180.0, sine = std::abs(std::sin(angle));

@@ -150,7 +150,7 @@ void read_layers(const toml::table& root, Recipe& recipe) {
             read_key(*tables[i], path, keys_of(layer)[1], reading);  // and whether it is cut out
         read_keys(*tables[i], path, "a " + layer.shape, keys_of(layer), reading);
         located(*tables[i], path, [&] {
-            const double below = i == 0 ? -std::numeric_limits<double>::infinity() : top;
+            const double below = i == 0 ? -kInfinity : top;
             place_layer(layer, i == 0, top, folder);
             check_height(layer, top, recipe.domain.grid_spacing);
             count += layer_count(layer);

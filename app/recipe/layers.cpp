@@ -52,7 +52,7 @@ levelset::Shape shape_of(const Layer& layer, const Recipe& recipe) {
         {"mask", levelset::ShapeKind::mask},     {"polygons", levelset::ShapeKind::mask},
         {"sphere", levelset::ShapeKind::sphere}, {"cylinder", levelset::ShapeKind::cylinder},
         {"gap", levelset::ShapeKind::gap},       {"profile", levelset::ShapeKind::profile}};
-    constexpr double kThrough = std::numeric_limits<double>::infinity();
+    constexpr double kThrough = kInfinity;
     levelset::Shape shape;
     shape.kind = kinds.at(layer.shape);
     shape.top = layer.top.value_or(0.0);

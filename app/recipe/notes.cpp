@@ -67,7 +67,7 @@ void note_steps(const Recipe& recipe, std::vector<std::string>& notes) {
     }
 }
 
-constexpr double kEndless = std::numeric_limits<double>::infinity();
+constexpr double kEndless = kInfinity;
 
 // The highest point that an added layer may have, from the flat surface \p flat of those below; infinite
 // where a file says.

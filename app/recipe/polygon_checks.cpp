@@ -192,7 +192,7 @@ std::pair<double, Bounds> narrowest(const std::vector<Polygon>& outlines, bool a
         for (std::size_t k = 0, j = outline.size() - 1; k < outline.size() && !piece.reaches; j = k++)
             piece.reaches = reaches(outline[j], outline[k], domain);
     }
-    std::pair<double, Bounds> least{std::numeric_limits<double>::infinity(), {}};
+    std::pair<double, Bounds> least{kInfinity, {}};
     for (const Piece& piece : pieces)
         if (piece.reaches && width_in(piece, domain) < least.first)
             least = {width_in(piece, domain), piece.bounds};

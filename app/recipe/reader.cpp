@@ -300,8 +300,8 @@ toml::table parse_toml(std::string_view text, const std::string& source) {
     try {
         return toml::parse(text, std::string_view(source));
     } catch (const toml::parse_error& error) {
-        throw RecipeError("{}:{}: not valid TOML: {}", source, error.source().begin.line,
-                          error.description());
+        throw RecipeError("{}:{}: not valid TOML at column {}: {}", source, error.source().begin.line,
+                          error.source().begin.column, error.description());
     }
 }
 

@@ -119,7 +119,7 @@ Step read_step(const toml::table& table, const std::string& path, Recipe& recipe
 // The lowest point of the wafer as its layers make it; minus infinity where a mesh file or an earlier run
 // decides.
 double lowest_start(const Recipe& recipe) {
-    double lowest = std::numeric_limits<double>::infinity();
+    double lowest = kInfinity;
     if (!recipe.start.from.empty()) return -lowest;
     for (const Layer& layer : recipe.layers) {
         if (layer.shape == "mesh" || layer.shape == "profile" || layer.subtract) return -lowest;
@@ -165,7 +165,7 @@ void check_geometric(const toml::table& root, const std::vector<Step>& steps, co
         }
         const GeometricStep* shaping = geometric_step(step.parameters);
         if (shaping == nullptr) {
-            lowest = -std::numeric_limits<double>::infinity();
+            lowest = -kInfinity;
             continue;
         }
         for (const auto& [key, length] :

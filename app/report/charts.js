@@ -222,7 +222,7 @@ addEventListener("error", (event) => Sidewall.errors.push(String(event.message))
       const width = holder.clientWidth;
       if (width && width !== last) { last = width; draw(width); }
     };
-    new ResizeObserver(again).observe(holder);
+    new ResizeObserver(() => requestAnimationFrame(again)).observe(holder);  // no observer waits for another's drawing
     requestAnimationFrame(again);
   };
 

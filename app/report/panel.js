@@ -97,10 +97,11 @@
   }
 
   function framePanel(viewer, changed) {
-    const { frames } = viewer.section;
     const label = el("output", { class: "frame-label" });
-    const slider = el("input", { type: "range", min: 0, max: frames.length - 1, step: 1, "aria-label": "saved surface" });
-    const show = () => {
+    const { length } = viewer.section.frames;
+    const slider = el("input", { type: "range", min: 0, max: length - 1, step: 1, "aria-label": "saved surface" });
+    const show = viewer.showFrame = () => {
+      const { frames } = viewer.section;
       label.textContent = `${frames[viewer.frame].label}  (${viewer.frame + 1} of ${frames.length})`;
       slider.value = viewer.frame;
       slider.setAttribute("aria-valuetext", frames[viewer.frame].label);
@@ -113,24 +114,24 @@
       if (timer) return stop();
       play.textContent = "❚❚";
       play.title = "pause";
-      if (viewer.frame === frames.length - 1) go(0);
-      timer = setInterval(() => viewer.frame + 1 < frames.length ? go(viewer.frame + 1) : stop(), 180);
+      if (viewer.frame === length - 1) go(0);
+      timer = setInterval(() => viewer.frame + 1 < length ? go(viewer.frame + 1) : stop(), 180);
     });
     show();
     viewer.slider = slider;
-    return el("div", { class: "row frames" }, ...(frames.length > 1 ? [play, slider] : []), label);
+    return el("div", { class: "row frames" }, ...(length > 1 ? [play, slider] : []), label);
   }
 
   function cutPanel(viewer) {
     const slider = el("input", { type: "range", min: 0, max: 1000, step: 1, "aria-label": "place of the cut" });
-    const label = el("output", {}), { section } = viewer;
-    const low = (k) => section.min[k], high = (k) => k === 2 ? section.max[k] + 1e-3 * (section.max[k] - section.min[k]) : section.max[k];
+    const label = el("output", {}), low = (k) => viewer.section.min[k];
+    const high = (k) => viewer.section.max[k] + (k === 2 ? 1e-3 * (viewer.section.max[k] - low(k)) : 0);
     const show = () => {
       const k = viewer.cutAxis;
       slider.disabled = k < 0;
       if (k < 0) { label.textContent = ""; return; }
       slider.value = 1000 * (viewer.cutAt[k] - low(k)) / (high(k) - low(k));
-      label.textContent = `${kAxes[k]} = ${number(viewer.cutAt[k], 3)} ${section.length_unit}`;
+      label.textContent = `${kAxes[k]} = ${number(viewer.cutAt[k], 3)} ${viewer.section.length_unit}`;
     };
     const select = el("select", { "aria-label": "cut", onchange: () => {
       viewer.cutAxis = select.selectedIndex - 1;
@@ -151,7 +152,7 @@
   // The whole section of the page.
   Sidewall.view = (section) => {
     const holder = el("div", { class: "canvas" });
-    const note = section.note ? el("p", { class: "note" }, section.note) : "";
+    const note = el("p", { class: "note" }, section.note || "");
     if (!section.frames) return el("div", {}, note);
     const viewer = new Sidewall.Viewer(section);
     Sidewall.viewer = viewer;
@@ -170,7 +171,9 @@
       framePanel(viewer, () => viewer.refresh("frame")),
       el("div", { class: "row" }, el("label", {}, "Colour by ", colour), log,
          check("shading", true, (on) => { viewer.shading = on; viewer.refresh("colour"); }),
-         check("triangles", false, (on) => { viewer.triangles = on; viewer.refresh("colour"); })),
+         check("triangles", false, (on) => { viewer.triangles = on; viewer.refresh("colour"); }),
+         ...(section.outlines && section.outlines.length
+           ? [check("masks", true, (on) => { viewer.outlines.visible = on; viewer.refresh(); })] : [])),
       cutPanel(viewer),
       el("div", { class: "row" }, ...Sidewall.viewNames.map((name) =>
         button(name, `view: ${name}`, () => { viewer.fit(name); viewer.refresh(); })),
@@ -179,6 +182,18 @@
     const root = el("div", { class: "view" }, holder, el("div", { class: "side" }, legend, panel), viewer.readout,
       el("p", { class: "note" }, "Drag to turn, wheel or pinch to zoom, shift-drag or two fingers to move, double click to " +
         "reset; with the keyboard: arrows, + and −, shift and arrows, 0. "), note);
+    // Whether another state of the wafer can be shown in place of this one.
+    viewer.takes = (next) => {
+      const before = viewer.section, size = ({ min, max }) => Math.hypot(...max.map((v, k) => v - min[k]));
+      const form = ({ frames, attributes, outlines }) => JSON.stringify([frames.length, attributes.map((a) => a.label), !(outlines || []).length]);
+      return viewer.controls && next.frames && form(next) === form(before) && Math.abs(Math.log(size(next) / size(before))) < 0.4;
+    };
+    viewer.show = (next) => {
+      viewer.update(next);
+      viewer.showFrame();
+      note.textContent = next.note || "";
+      drawLegend(viewer, legend);
+    };
     let begun = false;
     viewer.begin = () => {
       if (begun) return;

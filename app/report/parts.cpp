@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <fstream>
+#include <iterator>
 
 #include "app/common/files.hpp"
 #include "app/recipe/effective_recipe.hpp"
@@ -131,6 +133,29 @@ Json table_section(const std::string& title, const TextTable& table, const Json&
         section["rows"].push_back(std::move(fields));
     }
     return section;
+}
+
+TextTable last_of_timeline(const fs::path& run) {
+    constexpr std::streamoff kTail = 65'536;  // longer than any row
+    std::ifstream file;
+    std::string names, tail;
+    std::error_code failure;
+    if (fs::is_regular_file(run / "timeline.csv", failure))  // a pipe would be waited for
+        file.open(run / "timeline.csv", std::ios::binary);
+    if (!std::getline(file, names)) throw FileError("{}: cannot be read", (run / "timeline.csv").string());
+    const std::streamoff begin = file.tellg();
+    file.seekg(0, std::ios::end);
+    const std::streamoff from = std::max(begin, std::streamoff{file.tellg()} - kTail);
+    file.seekg(from);
+    tail.assign(std::istreambuf_iterator<char>(file), {});
+    if (from > begin) tail.erase(0, tail.find('\n') + 1);
+    tail.resize(tail.rfind('\n') + 1);  // what comes after it is half a row
+    const std::vector<std::vector<std::string>> rows = csv_rows(names + "\n" + tail);
+    TextTable table{.names = rows.front()};
+    if (rows.size() > 2) table.rows.push_back(rows[rows.size() - 2]);
+    if (rows.size() > 2 && table.rows.front().size() != table.names.size())
+        throw FileError("{}: its last row is damaged", (run / "timeline.csv").string());
+    return table;
 }
 
 std::string folder_name(const fs::path& folder) {

@@ -3,30 +3,96 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <set>
 
 #include "app/common/files.hpp"
+#include "app/models/model.hpp"
 #include "app/process/record/saved_meshes.hpp"
 #include "app/process/wafer.hpp"
 #include "app/recipe/layers.hpp"
 #include "app/recipe/recipe_domain.hpp"
+#include "levelset/shapes/outline.hpp"
 #include "surface/files/file.hpp"
 
 namespace sidewall::app {
 namespace {
 
-// A recipe on the grid of a picture, of one level. Every layer has a level set of its own, so that many take
-// fewer cells.
+// A recipe on the grid of a picture, of one level. Every layer has a level set of its own, so that stacks
+// have fewer and thicker periods, and many layers fewer cells.
 Recipe preview_of(const Recipe& recipe) {
     constexpr double kMostCells = 96.0, kMostFlatCells = 400.0, kFewestCells = 12.0, kManyLayers = 12.0;
     Recipe preview = recipe;
+    for (Layer& layer : preview.layers) {
+        if (layer.shape != "stack") continue;
+        const auto most =
+            static_cast<std::int64_t>(kManyLayers / static_cast<double>(layer.materials.size()));
+        const std::int64_t drawn = std::clamp(most, std::int64_t{1}, layer.repeat);
+        for (double& thickness : layer.thicknesses)
+            thickness *= static_cast<double>(layer.repeat) / static_cast<double>(drawn);
+        layer.repeat = drawn;
+    }
     const double extent = std::max(recipe.domain.extent[0], recipe.domain.extent[1]);
-    const double share = std::min(1.0, kManyLayers / static_cast<double>(layer_count(recipe)));
+    const double share = std::min(1.0, kManyLayers / static_cast<double>(layer_count(preview)));
     const double cells =
         std::max(kFewestCells, share * (is_flat(recipe.domain) ? kMostFlatCells : kMostCells));
     preview.domain.grid_spacing = std::max(recipe.domain.grid_spacing, extent / cells);
     preview.grid.levels = 1.0;
     return preview;
+}
+
+// What a shape that is open or stays leaves on the wafer, seen from above: of a mask, a trench, a hole or a
+// box.
+std::vector<levelset::Polygon> outlines_of(const levelset::Shape& shape, const levelset::Domain& domain) {
+    const auto rectangle = [](double x, double y) {
+        return levelset::Polygon{{-x / 2, -y / 2}, {x / 2, -y / 2}, {x / 2, y / 2}, {-x / 2, y / 2}};
+    };
+    std::vector<levelset::Polygon> outlines;
+    if (shape.kind == levelset::ShapeKind::mask) outlines = shape.polygons;
+    if (shape.kind == levelset::ShapeKind::box) outlines = {rectangle(shape.size[0], shape.size[1])};
+    if (shape.kind == levelset::ShapeKind::trench)
+        outlines = {rectangle(shape.width, 3 * (domain.max[1] - domain.min[1]))};
+    if (shape.kind == levelset::ShapeKind::hole) {
+        constexpr int kCorners = 64;
+        levelset::Polygon& circle = outlines.emplace_back();
+        for (int k = 0; k < kCorners; ++k) {
+            const double angle = 2 * std::numbers::pi * k / kCorners;
+            circle.push_back({shape.radius * std::cos(angle), shape.radius * std::sin(angle)});
+        }
+    }
+    for (levelset::Polygon& outline : outlines) levelset::move_by(outline, shape.position);
+    return levelset::repeated(outlines, domain);
+}
+
+// The patterns of steps, and of those in loops.
+void add_patterns(const std::vector<Step>& steps, const Recipe& recipe, std::vector<levelset::Shape>& masks) {
+    for (const Step& step : steps) {
+        add_patterns(step.steps, recipe, masks);
+        const ModelEntry* model = step.model.empty() ? nullptr : find_model(step.model);
+        if (model != nullptr && model->patterned) masks.push_back(pattern_of(step, recipe));
+    }
+}
+
+// The outlines of masks among layers and steps, as [[[x, y], ...], ...]: as many as a picture shows.
+Json mask_outlines(const Recipe& recipe) {
+    constexpr std::size_t kMostCorners = 20'000;
+    std::vector<levelset::Shape> masks;
+    for (const MaterialLayer& layer : expanded_layers(recipe))
+        if (layer.shape.kind == levelset::ShapeKind::mask ||
+            (layer.shape.kind == levelset::ShapeKind::hole && !layer.shape.subtract))
+            masks.push_back(layer.shape);
+    add_patterns(recipe.steps, recipe, masks);
+    Json outlines = Json::array();
+    std::size_t corners = 0;
+    for (const levelset::Shape& mask : masks)
+        for (const levelset::Polygon& outline : outlines_of(mask, domain_of(recipe))) {
+            if ((corners += outline.size()) > kMostCorners) return outlines;
+            Json& points = outlines.emplace_back(Json::array());
+            for (const auto& [x, y] : outline)
+                points.push_back(Json::array({number_or_null(x, 6), number_or_null(y, 6)}));
+        }
+    return outlines;
 }
 
 // Figures of a run: of its summary, or as its last row of the timeline has them.
@@ -48,7 +114,7 @@ Figures figures_of(const fs::path& folder) {
         return figures;
     }
     if (!is_there(folder / "timeline.csv")) return figures;
-    const TextTable table = read_text_table(folder / "timeline.csv");
+    const TextTable table = last_of_timeline(folder);
     const std::size_t first = table.column("relative_error").value_or(table.names.size()) + 1;
     for (std::size_t k = first; k < table.names.size() && !table.rows.empty(); ++k) {
         const auto [name, unit] = name_and_unit(table.names[k]);
@@ -79,10 +145,16 @@ Page recipe_page(const Recipe& recipe, std::size_t bytes) {
     const std::string unit = shown_unit(recipe.domain.length_unit);
     page.fact("Grid",
               fmt::format("{} × {} cells of {:.6g} {}", own.cells[0], own.cells[1], own.spacing, unit));
-    view.section["note"] = shown.spacing > own.spacing
-                               ? fmt::format("Shown on a grid of {:.3g} {}; the recipe's is of {:.3g} {}.",
-                                             shown.spacing, unit, own.spacing, unit)
-                               : "Shown on the recipe's own grid.";
+    std::string note = shown.spacing > own.spacing
+                           ? fmt::format("Shown on a grid of {:.3g} {}; the recipe's is of {:.3g} {}.",
+                                         shown.spacing, unit, own.spacing, unit)
+                           : "Shown on the recipe's own grid.";
+    if (layer_count(preview) < layer_count(recipe))
+        note += fmt::format(" Stacks are drawn with fewer, thicker layers: {} in all, of {}.",
+                            layer_count(preview), layer_count(recipe));
+    view.section["outlines"] = mask_outlines(recipe);
+    if (!view.section["outlines"].empty()) note += " Lines over the wafer: masks.";
+    view.section["note"] = note;
     view.section["title"] = "The wafer at the start";
     page.sections.push_back(std::move(view.section));
     return page;

@@ -16,8 +16,8 @@
 namespace sidewall::app {
 
 // Pages by what a folder holds; each takes the bytes that its 3-D view may have.
-Page run_page(const fs::path& folder, std::size_t bytes,
-              const std::optional<SavedSurface>& only);           // run_page.cpp
+Page run_page(const fs::path& folder, std::size_t bytes, const std::optional<SavedSurface>& only,
+              bool later);                                        // run_page.cpp
 Page comparison_page(const fs::path& folder, std::size_t bytes);  // evaluation_page.cpp
 Page study_page(const fs::path& folder, std::size_t bytes);
 Page validation_page(const fs::path& folder, std::size_t bytes);
@@ -33,11 +33,10 @@ std::size_t view_bytes() {
 }
 
 Page whole_run_page(const fs::path& folder, std::size_t bytes) {
-    return run_page(folder, bytes, {});
+    return run_page(folder, bytes, {}, false);
 }
 
-Page page_of(const fs::path& folder, std::size_t bytes, const std::optional<SavedSurface>& only) {
-    if (only) return run_page(folder, bytes, only);
+Page page_of(const fs::path& folder, std::size_t bytes) {
     using Maker = Page (*)(const fs::path&, std::size_t);
     constexpr std::pair<const char*, Maker> kPages[] = {
         {"sweep.json", sweep_page},           {"fit.json", fit_page},
@@ -95,9 +94,11 @@ void require_folder(const fs::path& folder) {
 
 }  // namespace
 
-Report make_report(const fs::path& folder, const std::optional<SavedSurface>& only) {
+Report make_report(const fs::path& folder, const std::optional<SavedSurface>& only, bool later) {
     require_folder(folder);
-    return fitting_report(folder.string(), [&](std::size_t bytes) { return page_of(folder, bytes, only); });
+    return fitting_report(folder.string(), [&](std::size_t bytes) {
+        return only ? run_page(folder, bytes, only, later) : page_of(folder, bytes);
+    });
 }
 
 Report make_report(const std::vector<fs::path>& runs) {

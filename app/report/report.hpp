@@ -23,9 +23,11 @@ struct Report {
 
 /// Makes a page of all that a folder of `run`, `sweep`, `fit`, `compare`, `study` or `validate` holds, finished or not: a 3-D
 /// view, charts, tables and the recipe.
-/// \param only  of a run's surfaces, to be the only one in the view; none: all of them.
+/// \param only   of a run's surfaces, to be the only one in the view; none: all of them.
+/// \param later  instead of it the checkpoint's wafer, if that is later than all of them.
 /// \throws FileError naming what is missing or damaged.
-Report make_report(const std::filesystem::path& folder, const std::optional<SavedSurface>& only = {});
+Report make_report(const std::filesystem::path& folder, const std::optional<SavedSurface>& only = {},
+                   bool later = false);
 
 /// Makes a page of several runs beside each other.
 /// \pre there is one.

@@ -7,6 +7,7 @@
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
+#include "app/process/record/saved_meshes.hpp"
 #include "app/report/parts.hpp"
 #include "app/results/result.hpp"
 
@@ -228,7 +229,8 @@ void add_facts(const Json& summary, Page& page) {
 
 }  // namespace
 
-Page run_page(const fs::path& folder, std::size_t bytes, const std::optional<SavedSurface>& only) {
+Page run_page(const fs::path& folder, std::size_t bytes, const std::optional<SavedSurface>& only,
+              bool later) {
     Page page{.kind = "run", .title = folder_name(folder), .notes{}};
     Json summary = Json::object();
     if (is_there(folder / "summary.json")) {
@@ -244,18 +246,23 @@ Page run_page(const fs::path& folder, std::size_t bytes, const std::optional<Sav
     if (is_there(folder / "surface.pvd")) {
         std::vector<ViewFrame> frames;
         std::vector<SavedSurface> saved_ones = only ? std::vector{*only} : saved_surfaces(folder);
-        if (only)
+        std::optional<Result> wafer;
+        if (later) wafer = wafer_of_checkpoint(folder);
+        if (wafer)
+            saved_ones.front() = {.time = metadata_number(wafer->metadata, "time").value_or(0.0),
+                                  .file = saved_ones.front().file};
+        if (const SavedSurface& shown = saved_ones.front(); only)
             page.notes.push_back(
-                only->after.empty()
-                    ? fmt::format("The view shows the wafer at time {:.6g} alone.", only->time)
-                    : fmt::format("The view shows the wafer at the end of step {} alone.", only->after));
+                shown.after.empty()
+                    ? fmt::format("The view shows the wafer at time {:.6g} alone.", shown.time)
+                    : fmt::format("The view shows the wafer at the end of step {} alone.", shown.after));
         surface::MeshMetadata metadata;
         surface::read_mesh(saved_ones.front().file, &metadata);
         const std::string unit = metadata_text(metadata, "time_unit", "");
         frames.reserve(saved_ones.size());
         for (SavedSurface& saved : saved_ones)
             frames.push_back({fmt::format("t = {:.6g} {}", saved.time, unit), folder, std::move(saved)});
-
+        if (wafer) frames.front().wafer = std::make_shared<const Result>(*std::move(wafer));
         add_view(std::move(frames), folder / "recipe.toml", bytes, "", "Profiles over time", page);
     } else {
         page.notes.emplace_back("It has saved no surface yet.");

@@ -11,6 +11,20 @@
 
   class Viewer {
     constructor(section) {
+      this.take(section);
+      this.frame = section.frames.length - 1;
+      this.colour = -1;  // by material; else the number of an attribute
+      this.log = false;
+      this.shading = true;
+      this.triangles = false;
+      this.cutAxis = -1;
+      this.cutAt = this.middle.slice();
+      const deep = Math.min(this.max[0] - this.min[0], this.max[1] - this.min[1]) >
+                   0.2 * Math.max(this.max[0] - this.min[0], this.max[1] - this.min[1]);
+      if (section.cut && deep) { this.cutAxis = section.cut.axis; this.cutAt[section.cut.axis] = section.cut.at; }
+    }
+
+    take(section) {
       this.section = section;
       this.min = section.min.slice();
       this.max = section.max.slice();
@@ -20,18 +34,30 @@
       this.size = Math.hypot(...this.max.map((v, k) => v - this.min[k])) || 1;
       this.middle = this.max.map((v, k) => (v + this.min[k]) / 2);
       this.colours = new Map(section.materials.map((m) => [m.id, rgb(m.colour)]));
-      this.frame = section.frames.length - 1;
-      this.colour = -1;  // by material; else the number of an attribute
-      this.log = false;
-      this.shading = true;
-      this.triangles = false;
-      this.cutAxis = -1;
-      this.cutAt = this.middle.slice();
       this.decoded = new Map();
       this.interfaces = new Map();
-      const deep = Math.min(this.max[0] - this.min[0], this.max[1] - this.min[1]) >
-                   0.2 * Math.max(this.max[0] - this.min[0], this.max[1] - this.min[1]);
-      if (section.cut && deep) { this.cutAxis = section.cut.axis; this.cutAt[section.cut.axis] = section.cut.at; }
+    }
+
+    // Shows another state of the same wafer: whole, or from where it has been turned to, however the box around it has grown.
+    update(section) {
+      const seen = this.moved() && this.seenFrom();
+      this.take(section);
+      this.frame = Math.min(this.frame, section.frames.length - 1);
+      this.placeBottom();
+      this.drawOutlines();
+      if (seen) this.seeFrom(seen);
+      else this.fit(this.fitted.name);
+      this.refresh("frame");
+    }
+    // Whether the eye has left where it saw the whole wafer.
+    moved() { return this.eye.position.distanceTo(this.fitted.at) > 1e-6; }
+    // Where the eye is and what it looks at, in world units.
+    seenFrom() {
+      return [this.eye.position, this.controls.target].map((p) => ["x", "y", "z"].map((axis, k) => p[axis] * this.size + this.middle[k]));
+    }
+    seeFrom(points) {
+      [this.eye.position, this.controls.target].forEach((p, i) => p.fromArray(points[i].map((v, k) => this.local(v, k))));
+      this.controls.update();
     }
 
     // Whether a picture can be drawn here at all.
@@ -99,11 +125,28 @@
         this.scene.add(face.mesh);
         this.faces.push(face);
       }
-      const bottom = new THREE.PlaneGeometry((this.max[0] - this.min[0]) / this.size, (this.max[1] - this.min[1]) / this.size);
       const material = new THREE.MeshBasicMaterial({ side: THREE.DoubleSide, clippingPlanes: [this.clip] });
-      this.bottom = new THREE.Mesh(bottom, material);
+      this.bottom = new THREE.Mesh(new THREE.PlaneGeometry(1, 1), material);
+      this.outlines = new THREE.Group();
+      this.scene.add(this.bottom, this.outlines);
+      this.placeBottom();
+      this.drawOutlines();
+    }
+    placeBottom() {
+      this.bottom.scale.set(...[0, 1].map((k) => (this.max[k] - this.min[k]) / this.size), 1);
       this.bottom.position.z = this.local(this.min[2], 2);
-      this.scene.add(this.bottom);
+    }
+
+    // Masks, as lines a little above the wafer that end at its sides and the cut.
+    drawOutlines() {
+      for (const line of this.outlines.children.splice(0)) line.geometry.dispose();
+      const z = this.local(this.max[2], 2) + 0.03, sides = [0, 1].flatMap((k) => [1, -1].map((sign) =>
+        new THREE.Plane(new THREE.Vector3(k ? 0 : sign, k ? sign : 0, 0), (this.max[k] - this.min[k]) / this.size / 2 + 1e-6)));
+      for (const points of this.section.outlines || []) {
+        const geometry = new THREE.BufferGeometry().setFromPoints(
+          points.map(([x, y]) => new THREE.Vector3(this.local(x, 0), this.local(y, 1), z)));
+        this.outlines.add(new THREE.LineLoop(geometry, new THREE.LineBasicMaterial({ color: 0xd0342c, clippingPlanes: [...sides, this.clip] })));
+      }
     }
 
     mesh(number) {
@@ -327,6 +370,7 @@
         distance = Math.max(0.6, distance * most / 0.93);
       }
       this.place(azimuth, elevation, distance);
+      this.fitted = { name, at: this.eye.position.clone() };
     }
 
     resize() {

@@ -251,7 +251,9 @@ Film film_between(const Profile& surface, const Profile& below, double spacing) 
     const double middle = 0.5 * (top + span.floor), width = opening(below, middle),
                  still_open = opening(surface, middle);
     constexpr double kNearMiddle = 0.02;  // of the depth
-    if (!has_ledge(below, middle, kNearMiddle * film.depth)) film.side = 0.5 * (width - still_open);
+    // Where there is none, the two openings differ by what each mesh makes of the corners.
+    const double side = 0.5 * (width - still_open);
+    if (!has_ledge(below, middle, kNearMiddle * film.depth)) film.side = side < 0.0 ? 0.0 : side;
     film.filled = std::isfinite(width) && !std::isfinite(still_open);
     return film;
 }

@@ -353,13 +353,20 @@ std::string scallop_note(const Recipe& recipe, const Json& metrology) {
     const Json summary{{"metrology", metrology}};
     const double cycles = cycles_of(recipe.steps), pitch = figure_of(summary, "scallop_pitch"),
                  depth = figure_of(summary, "depth"), product = cycles * pitch;
-    constexpr double kNear = 0.2;
-    if (cycles == 0.0 || !(std::abs(product - depth) > kNear * depth)) return {};
+    constexpr double kNear = 0.2, kResolved = 8.0;  // cells
+    if (cycles == 0.0 || !metrology.contains("scallop_pitch")) return {};
     const std::string& length = recipe.domain.length_unit;
+    if (std::abs(product - depth) > kNear * depth)
+        return fmt::format(
+            "scallop_pitch: {:g} cycles of {:.4g} {} are {:.4g} {}, but the depth is {:.4g} {}: some cycles have left no "
+            "scallop of their own, or some scallops are finer than the grid",
+            cycles, pitch, length, product, length, depth, length);
+    const double each = std::isnan(pitch) ? depth / cycles : pitch, cells = each / recipe.domain.grid_spacing;
+    if (!(cells > 0.0 && cells < kResolved)) return {};
     return fmt::format(
-        "scallop_pitch: {:g} cycles of {:.4g} {} are {:.4g} {}, but the depth is {:.4g} {}: some cycles have left no "
-        "scallop of their own, or some scallops are finer than the grid",
-        cycles, pitch, length, product, length, depth, length);
+        "scallop_depth: scallops {:.3g} {} high have {:.2g} cells; with less than {:g} the grid rounds their edges off, "
+        "and they come out up to half too shallow, or not at all: use a grid_spacing of {:.2g} or less",
+        each, length, cells, kResolved, each / kResolved);
 }
 
 }  // namespace sidewall::app

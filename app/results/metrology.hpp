@@ -74,7 +74,8 @@ struct Scallops {
 Scallops scallops(std::span<const double> openings, double step, double spacing);
 
 /// A note that a recipe's cycles times the pitch of its scallops are not the depth, within a fifth of it: some cycles have
-/// left no edge of their own. Empty if they are, if the recipe has no loop, or without these figures.
+/// left no edge of their own; or that the grid is too coarse for their depth. Empty if neither is so, if the recipe has no loop, or
+/// without these figures.
 /// \param metrology  of a summary.
 std::string scallop_note(const Recipe& recipe, const Json& metrology);
 

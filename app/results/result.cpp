@@ -130,7 +130,7 @@ std::vector<SavedSurface> saved_surfaces(const fs::path& folder) {
         if (name.empty())
             throw FileError("{}: a DataSet names no file: run the simulation again", list.string());
         SavedSurface entry{.number = saved.size(),
-                           .file = folder / std::string(name),
+                           .file = folder / fs::path(name).filename(),  // a list leads nowhere else
                            .after = plain_text(std::string(tag_attribute(tag, "after")))};
         std::from_chars(time.data(), time.data() + time.size(), entry.time);
         const std::string stem = entry.file.stem().string();

@@ -25,23 +25,50 @@
       this.mirror.on("inputRead", (cm, change) => /[\w[]/.test(change.text[0]) && cm.showHint());
     }
 
+    // The end that all lines of a text have, as the editor keeps one alone.
+    static lineEnd(text) {
+      const ends = new Set(text.match(/\r\n?|\n/g));
+      if (ends.size > 1) throw new Error("its lines end in different ways (LF, CRLF): convert it, as by dos2unix");
+      return [...ends][0] || "\n";
+    }
+
     get text() { return this.mirror.getValue(this.newline); }
     set text(text) {
-      this.newline = text.includes("\r\n") ? "\r\n" : "\n";
+      this.newline = Editor.lineEnd(text);
       this.mirror.setValue(text);
       this.mirror.clearHistory();
     }
 
+    // Adds text at the end, and shows it.
+    append(text) {
+      this.mirror.replaceRange(text, CodeMirror.Pos(this.mirror.lastLine()), undefined, "+input");
+      this.mirror.setCursor(this.mirror.lastLine(), 0);
+      this.mirror.focus();
+    }
+
+    // Where in its line a problem is: at the column if it has one, else the key or the value that it names first.
+    place(text, { column, problem }) {
+      if (column) return [column - 1, column + /^[\w.-]*/.exec(text.slice(column))[0].length];
+      const key = (/^[^\s:=]*?([\w-]+)(?:\[\d+\])*(?: =|:)/.exec(problem) || [])[1], from = key ? text.indexOf(key) : -1;
+      const value = /=\s*([^#]*[^#\s])/.exec(text);
+      if (from < 0) return null;
+      return value && !problem.includes("unknown") ? [value.index + value[0].length - value[1].length, value.index + value[0].length]
+        : [from, from + key.length];
+    }
+
     // Shows what is wrong, under its line if that is known; null: nothing.
     mark(problem) {
+      if (this.fault) this.fault.clear();
       if (this.widget) this.widget.clear();
       if (this.marked) this.mirror.removeLineClass(this.marked, "background", "wrong");
-      this.widget = this.marked = null;
+      this.fault = this.widget = this.marked = null;
       this.problem.hidden = !problem || problem.line !== null;
       this.problem.textContent = problem ? problem.problem : "";
       if (!problem || problem.line === null) return;
       const line = Math.min(problem.line, this.mirror.lineCount()) - 1;
       this.marked = this.mirror.addLineClass(line, "background", "wrong");
+      const place = this.place(this.mirror.getLine(line), problem);
+      if (place) this.fault = this.mirror.markText(...place.map((ch) => ({ line, ch })), { className: "fault" });
       this.widget = this.mirror.addLineWidget(line, el("div", { class: "problem", role: "alert" }, problem.problem));
     }
 

@@ -8,6 +8,7 @@
 #include <array>
 #include <csignal>
 #include <cstring>
+#include <mutex>
 #include <semaphore>
 #include <thread>
 
@@ -17,6 +18,11 @@
 
 namespace sidewall::app {
 namespace {
+
+struct {
+    std::mutex lock;
+    std::vector<pid_t> processes;
+} started;
 
 // A process with these files as its standard input, output and error, and no other file.
 pid_t spawn(const std::vector<std::string>& words, const std::filesystem::path& folder,
@@ -110,10 +116,16 @@ SpokenAnswer ask_program(const std::vector<std::string>& arguments, const std::f
             text_in(messages)};
 }
 
-pid_t start_program(const std::vector<std::string>& words, const std::filesystem::path& folder, int log) {
+void start_program(const std::vector<std::string>& words, const std::filesystem::path& folder, int log) {
     const Descriptor nothing(::open("/dev/null", O_RDWR | O_CLOEXEC));
     const int says = log < 0 ? nothing.number() : log;
-    return spawn(words, folder, {nothing.number(), says, says}, POSIX_SPAWN_SETSID);
+    const std::lock_guard guard(started.lock);
+    started.processes.push_back(spawn(words, folder, {nothing.number(), says, says}, POSIX_SPAWN_SETSID));
+}
+
+void forget_ended() {
+    const std::lock_guard guard(started.lock);
+    std::erase_if(started.processes, [](pid_t process) { return ::waitpid(process, nullptr, WNOHANG) != 0; });
 }
 
 }  // namespace sidewall::app

@@ -1,5 +1,4 @@
 #pragma once
-#include <sys/types.h>
 #include <chrono>
 #include <filesystem>
 #include <string>
@@ -27,8 +26,10 @@ SpokenAnswer ask_program(const std::vector<std::string>& arguments, const std::f
 /// Starts a program in a session of its own, so that it outlives this process and the terminal.
 /// \param words  its name first; `sidewall` is this program.
 /// \param log    takes what it says; its number as a file of this process.
-/// \returns its process.
 /// \throws IoError if the system refuses a process.
-pid_t start_program(const std::vector<std::string>& words, const std::filesystem::path& folder, int log);
+void start_program(const std::vector<std::string>& words, const std::filesystem::path& folder, int log);
+
+/// Lets go of the started processes that have ended, of which the system keeps a record until then.
+void forget_ended();
 
 }  // namespace sidewall::app

@@ -18,7 +18,7 @@
 namespace sidewall::app {
 namespace {
 
-constexpr std::size_t kMostBytes = 4'000'000, kLongestName = 1000, kMostFound = 500;
+constexpr std::size_t kMostBytes = 4'000'000, kLongestName = 1000, kMostFound = 500, kMostEntries = 20'000;
 
 std::vector<std::string> parts_of(const std::string& name) {
     std::vector<std::string> parts = split(name, '/');
@@ -49,30 +49,56 @@ std::string folder_part(const std::string& name) {
     return slash == std::string::npos ? "" : name.substr(0, slash);
 }
 
-bool holds_results(const fs::path& folder) {
-    return std::ranges::any_of(
-        std::array{"summary.json", "timeline.csv", "sweep.json", "fit.json", "compare.json", "manifest.txt"},
-        [&](const char* file) { return is_there(folder / file); });
+// Something that is there and no file: a link, a pipe.
+bool is_strange(const fs::path& path) {
+    std::error_code gone;
+    const fs::file_type type = fs::symlink_status(path, gone).type();
+    return type != fs::file_type::regular && type != fs::file_type::not_found;
 }
 
-void find(const fs::path& folder, const std::string& prefix, int depth, OpenedFolder::Contents& found) {
+// By a file that says what made it, if all that lists read are files.
+bool holds_results(const fs::path& folder) {
+    const auto there = [&](const char* file) { return is_there(folder / file); };
+    const std::array marks{"summary.json", "timeline.csv", "sweep.json",
+                           "fit.json",     "compare.json", "manifest.txt"};
+    return std::ranges::any_of(marks, there) &&
+           std::ranges::none_of(marks, is_strange, [&](const char* file) { return folder / file; }) &&
+           std::ranges::none_of(std::array{"recipe.toml", "sweep.csv"}, is_strange,
+                                [&](const char* file) { return folder / file; });
+}
+
+void add(const std::string& name, std::vector<std::string>& list, bool& whole) {
+    if (list.size() < kMostFound)
+        list.push_back(name);
+    else
+        whole = false;
+}
+
+// A folder's own files come before those of folders in it.
+void find(const fs::path& folder, const std::string& prefix, int depth, std::size_t& entries,
+          OpenedFolder::Contents& found) {
     constexpr int kDeepest = 4;
     std::error_code failure;
+    std::vector<std::string> below;
     for (fs::directory_iterator at(folder, failure), end; !failure && at != end; at.increment(failure)) {
+        if (++entries > kMostEntries) {
+            found.whole = false;
+            return;
+        }
         const std::string name = at->path().filename().string();
         std::error_code gone;
         if (name.starts_with('.') || at->is_symlink(gone)) continue;
         if (at->is_directory(gone)) {
-            if (holds_results(at->path())) {
-                if (found.results.size() < kMostFound) found.results.push_back(prefix + name);
-            } else if (depth < kDeepest) {
-                find(at->path(), prefix + name + "/", depth + 1, found);
-            }
-        } else if (name.ends_with(".toml") && at->is_regular_file(gone) &&
-                   found.recipes.size() < kMostFound) {
-            found.recipes.push_back(prefix + name);
+            if (holds_results(at->path()))
+                add(prefix + name, found.results, found.whole);
+            else if (depth < kDeepest)
+                below.push_back(name);
+        } else if (name.ends_with(".toml") && at->is_regular_file(gone)) {
+            add(prefix + name, found.recipes, found.whole);
         }
     }
+    for (const std::string& name : below)
+        if (entries <= kMostEntries) find(folder / name, prefix + name + "/", depth + 1, entries, found);
 }
 
 }  // namespace
@@ -111,14 +137,31 @@ fs::path OpenedFolder::inside(const std::string& name) const {
     return path_ / name;
 }
 
+fs::path OpenedFolder::without_links(const std::string& name) const {
+    fs::path folder = inside(name);
+    std::error_code failure, gone;
+    fs::recursive_directory_iterator at(folder, fs::directory_options::skip_permission_denied, failure);
+    for (; !failure && at != fs::recursive_directory_iterator(); at.increment(failure))
+        if (at->is_symlink(gone))
+            throw NotInside(name + ": " + at->path().filename().string() + " is a link");
+    if (failure) throw NotInside(name + ": cannot be read: " + failure.message());
+    return folder;
+}
+
 std::string OpenedFolder::read(const std::string& name) const {
+    std::string text = read_end(name, kMostBytes + 1);
+    if (text.size() > kMostBytes) throw NotInside(name + ": is no file of at most 4 MB");
+    return text;
+}
+
+std::string OpenedFolder::read_end(const std::string& name, std::size_t most) const {
     const Descriptor file = open(name, O_RDONLY);
     struct stat there {};
-    if (::fstat(file.number(), &there) != 0 || !S_ISREG(there.st_mode) ||
-        static_cast<std::size_t>(there.st_size) > kMostBytes)
-        throw NotInside(name + ": is no file of at most 4 MB");
-    std::string text(static_cast<std::size_t>(there.st_size), '\0');
-    const ssize_t size = ::pread(file.number(), text.data(), text.size(), 0);
+    if (::fstat(file.number(), &there) != 0 || !S_ISREG(there.st_mode))
+        throw NotInside(name + ": is no file");
+    std::string text(std::min(static_cast<std::size_t>(there.st_size), most), '\0');
+    const off_t from = there.st_size - static_cast<off_t>(text.size());
+    const ssize_t size = ::pread(file.number(), text.data(), text.size(), from);
     text.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
     return text;
 }
@@ -134,9 +177,13 @@ void OpenedFolder::write(const std::string& name, const std::string& text, const
     const std::string own = fs::path(name).filename().string();
     std::string now;  // of a new file
     struct stat there {};
-    if (::fstatat(checked.number(), own.c_str(), &there, AT_SYMLINK_NOFOLLOW) == 0) now = digest(read(name));
+    const bool anew = ::fstatat(checked.number(), own.c_str(), &there, AT_SYMLINK_NOFOLLOW) != 0;
+    if (!anew) now = digest(read(name));
     if (now != before) throw ChangedOnDisk(name + ": has changed on the disk since it was opened");
     surface::write_whole_file(path_ / folder / own, text);
+    if (anew) return;
+    // A file system that refuses has no rights to keep.
+    [[maybe_unused]] const int ignored = ::fchmod(open(name, O_RDONLY).number(), there.st_mode & 07777);
 }
 
 void OpenedFolder::make_room_for(const std::string& name) const {
@@ -157,7 +204,8 @@ Descriptor OpenedFolder::open_log(const std::string& name) const {
 
 OpenedFolder::Contents OpenedFolder::contents() const {
     Contents found;
-    find(path_, "", 0, found);
+    std::size_t entries = 0;
+    find(path_, "", 0, entries, found);
     std::ranges::sort(found.recipes);
     std::ranges::sort(found.results);
     return found;

@@ -45,11 +45,19 @@ class OpenedFolder {
     /// \throws NotInside
     std::filesystem::path inside(const std::string& name) const;
 
+    /// The path of a folder in it that is to be read whole, as for a report.
+    /// \throws NotInside if there is a link in it, or in a folder of it.
+    std::filesystem::path without_links(const std::string& name) const;
+
     /// The text of a file of at most 4 MB.
     /// \throws NotInside
     std::string read(const std::string& name) const;
 
-    /// Writes a file whole or not at all.
+    /// At most so many bytes of the end of a file of any size.
+    /// \throws NotInside
+    std::string read_end(const std::string& name, std::size_t most) const;
+
+    /// Writes a file whole or not at all; one that is replaced keeps its rights.
     /// \param before  the digest of the text that is to be replaced; empty: there is no such file.
     /// \throws NotInside if its folder is not there; ChangedOnDisk; IoError.
     void write(const std::string& name, const std::string& text, const std::string& before) const;
@@ -62,9 +70,12 @@ class OpenedFolder {
     /// \throws NotInside, IoError
     Descriptor open_log(const std::string& name) const;
 
-    /// The files that end in .toml, and the folders of results; neither within results, hidden folders or links.
+    /// The files that end in .toml, and the folders of results; neither within results, hidden folders or links. A folder
+    /// of results whose tables and recipe are links or pipes is none.
     struct Contents {
         std::vector<std::string> recipes, results;
+        /// Else there is more: it looks through 20,000 files and folders, and lists 500 of each, at most.
+        bool whole = true;
     };
     Contents contents() const;
 

@@ -3,44 +3,21 @@
 #include <fmt/format.h>
 
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 #include <array>
 #include <csignal>
-#include <mutex>
 #include <regex>
 
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
 #include "app/recipe/recipe.hpp"
+#include "app/report/parts.hpp"
 #include "app/results/result.hpp"
 #include "app/workbench/launch.hpp"
 
 namespace sidewall::app {
 namespace {
-
-// Processes that were started here, of which the system keeps a record until it is asked for.
-class Started {
-  public:
-    void add(pid_t process) {
-        const std::lock_guard guard(lock_);
-        processes_.push_back(process);
-    }
-    void forget_ended() {
-        const std::lock_guard guard(lock_);
-        std::erase_if(processes_, [](pid_t process) { return ::waitpid(process, nullptr, WNOHANG) != 0; });
-    }
-
-  private:
-    std::mutex lock_;
-    std::vector<pid_t> processes_;
-};
-
-Started& started() {
-    static Started processes;
-    return processes;
-}
 
 std::string kind_of(const fs::path& run) {
     for (const char* kind : {"sweep", "fit", "compare", "study", "validation"})
@@ -63,8 +40,8 @@ bool has_ended(const fs::path& run, const std::string& kind) {
 
 std::string stamp_of(const fs::path& run) {
     std::string stamp;
-    for (const char* name :
-         {"timeline.csv", "surface.pvd", "summary.json", "sweep.csv", "fit.csv", "fit.json"}) {
+    for (const char* name : {"timeline.csv", "surface.pvd", "checkpoint.vdb", "summary.json", "sweep.csv",
+                             "fit.csv", "fit.json"}) {
         struct stat file {};
         if (::stat((run / name).c_str(), &file) == 0)
             stamp += fmt::format("{}.{}.{} ", file.st_size, file.st_mtim.tv_sec, file.st_mtim.tv_nsec);
@@ -84,7 +61,7 @@ void add_progress(const fs::path& run, Json& json) {
         const Recipe recipe = load_recipe(run / "recipe.toml");
         json["total"] = total_duration(expanded_steps(recipe));
         json["unit"] = recipe.domain.time_unit;
-        const TextTable timeline = read_text_table(run / "timeline.csv");
+        const TextTable timeline = last_of_timeline(run);
         const auto time = timeline.column("time");
         if (time && !timeline.rows.empty())
             json["time"] = finite_number(timeline.rows.back()[*time]).value_or(0.0);
@@ -105,7 +82,6 @@ std::string plain_path(const std::string& name) {
 }  // namespace
 
 Json run_json(const OpenedFolder& folder, const std::string& name) {
-    started().forget_ended();
     const fs::path run = folder.inside(name);
     Json json{{"path", name}, {"kind", kind_of(run)}, {"stamp", stamp_of(run)}};
     const bool held = lock_holder(run).has_value();
@@ -121,6 +97,7 @@ std::vector<std::string> command_words(const OpenedFolder& folder, const Json& a
     folder.read(recipe);
     std::vector<std::string> words{"sidewall", command, plain_path(recipe), "-o",
                                    plain_path(text_of(asked, "output"))};
+    if (command == "run") words.emplace_back("--checkpoint-every=10");  // the page shows them
     if (const auto resume = asked.find("resume"); resume != asked.end() && *resume == true)
         words.emplace_back("--resume");
     for (const char* name : {"set", "vary", "target", "target_profile"}) {
@@ -145,7 +122,7 @@ void start_run(const OpenedFolder& folder, const Json& asked) {
     if (fs::symlink_status(folder.path() / output, failure).type() != fs::file_type::not_found)
         folder.inside(output);
     const Descriptor log = folder.open_log(output + ".log");
-    started().add(start_program(words, folder.path(), log.number()));
+    start_program(words, folder.path(), log.number());
 }
 
 bool stop_run(const OpenedFolder& folder, const std::string& name) {
@@ -159,7 +136,8 @@ bool stop_run(const OpenedFolder& folder, const std::string& name) {
     // The file says a number; only a process of this program is meant.
     const auto program = [](const std::string& process) {
         std::error_code failure;
-        return fs::read_symlink("/proc/" + process + "/exe", failure).filename();
+        const std::string name = fs::read_symlink("/proc/" + process + "/exe", failure).filename().string();
+        return name.substr(0, name.find(" (deleted)"));  // it has been built anew since
     };
     if (program(match[1]) != program("self")) return false;
     return ::kill(static_cast<pid_t>(std::stol(match[1])), SIGTERM) == 0;

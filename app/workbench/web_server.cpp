@@ -139,37 +139,48 @@ WebReply plain(int status, std::string text) {
     return {.status = status, .type = "text/plain; charset=utf-8", .body = std::move(text)};
 }
 
-http::response<http::string_body> answer(const Request& request, const Shared& shared) {
-    const auto refused = [&](int status, const char* text) {
-        return response_of(plain(status, text), request.version());
-    };
+// What a request's header says.
+struct Asked {
     WebRequest wanted;
-    const auto method = request.method_string();
-    wanted.method = {method.data(), method.size()};
-    if (!read_target({request.target().data(), request.target().size()}, wanted))
-        return refused(400, "not a request\n");
-    const bool first = wanted.path == "/" && same_secret(wanted.query["key"], shared.options.token);
-    if (!from_here(request, shared.options.port, first))
-        return refused(403, "refused: another host or origin\n");
-    if (!first && !has_cookie(request, shared))
-        return refused(403, "refused: open the address that sidewall open has printed\n");
-    if (wanted.method != "GET" && wanted.method != "POST") return refused(405, "GET or POST\n");
-    wanted.body = request.body();
+    bool first = false;               // by the address that was printed
+    std::optional<WebReply> refused;  // and why
+};
+
+Asked asked_by(const Request& header, const Shared& shared) {
+    Asked asked;
+    const auto method = header.method_string();
+    asked.wanted.method = {method.data(), method.size()};
+    if (!read_target({header.target().data(), header.target().size()}, asked.wanted)) {
+        asked.refused = plain(400, "not a request\n");
+        return asked;
+    }
+    asked.first = asked.wanted.path == "/" && same_secret(asked.wanted.query["key"], shared.options.token);
+    if (!from_here(header, shared.options.port, asked.first))
+        asked.refused = plain(403, "refused: another host or origin\n");
+    else if (!asked.first && !has_cookie(header, shared))
+        asked.refused = plain(403, "refused: open the address that sidewall open has printed\n");
+    else if (asked.wanted.method != "GET" && asked.wanted.method != "POST")
+        asked.refused = plain(405, "GET or POST\n");
+    return asked;
+}
+
+http::response<http::string_body> answer(Request& request, Asked& asked, const Shared& shared) {
+    asked.wanted.body = std::move(request.body());
     WebReply reply;
     try {
-        reply = shared.handle(wanted);
+        reply = shared.handle(asked.wanted);
     } catch (const std::exception& error) {
         reply = plain(500, fmt::format("{}\n", error.what()));
     }
     auto response = response_of(reply, request.version());
-    if (first)
+    if (asked.first)
         response.set(http::field::set_cookie, fmt::format("{}={}; Path=/; SameSite=Strict; HttpOnly",
                                                           shared.cookie(), shared.options.token));
     return response;
 }
 
-// A connection: one request, one answer. Its deadlines hold for all of either, however slowly bytes come and
-// go.
+// A connection: one request, one answer. The body is read once the header has passed all checks. Its
+// deadlines hold for all of either, however slowly bytes come and go.
 class Connection : public std::enable_shared_from_this<Connection> {
   public:
     Connection(Tcp::socket&& socket, Shared& shared) : stream_(std::move(socket)), shared_(shared) {
@@ -183,23 +194,38 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
     void begin() {
         stream_.expires_after(kToArrive);
-        http::async_read(
+        http::async_read_header(
             stream_, buffer_, parser_,
-            [self = shared_from_this()](beast::error_code error, std::size_t) { self->on_read(error); });
+            [self = shared_from_this()](beast::error_code error, std::size_t) { self->on_header(error); });
     }
 
   private:
+    void on_header(beast::error_code error) {
+        if (refuses(error)) return;
+        asked_ = asked_by(parser_.get(), shared_);
+        if (asked_.refused) return write(response_of(*asked_.refused, kVersion));
+        http::async_read(
+            stream_, buffer_, parser_,
+            [self = shared_from_this()](beast::error_code failure, std::size_t) { self->on_read(failure); });
+    }
+
+    // Whether it goes no further; what is no request, or too large, is told.
+    bool refuses(beast::error_code error) {
+        if (error == http::error::body_limit)
+            write(response_of(plain(413, "too large\n"), kVersion));
+        else if (error == http::error::header_limit)
+            write(response_of(plain(431, "too large\n"), kVersion));
+        else if (error.category() == http::make_error_code(http::error::bad_method).category() &&
+                 error != http::error::end_of_stream && error != http::error::partial_message)
+            write(response_of(plain(400, "not a request\n"), kVersion));
+        return bool(error);  // else it is gone, or too slow
+    }
+
     void on_read(beast::error_code error) {
-        if (error == http::error::body_limit) return write(response_of(plain(413, "too large\n"), kVersion));
-        if (error == http::error::header_limit)
-            return write(response_of(plain(431, "too large\n"), kVersion));
-        if (error.category() == http::make_error_code(http::error::bad_method).category() &&
-            error != http::error::end_of_stream && error != http::error::partial_message)
-            return write(response_of(plain(400, "not a request\n"), kVersion));
-        if (error) return;  // it is gone, or too slow
+        if (refuses(error)) return;
         stream_.expires_never();
         asio::post(shared_.workers, [self = shared_from_this()] {
-            auto response = answer(self->parser_.get(), self->shared_);
+            auto response = answer(self->parser_.get(), self->asked_, self->shared_);
             asio::post(self->stream_.get_executor(),
                        [self, made = std::move(response)]() mutable { self->write(std::move(made)); });
         });
@@ -220,6 +246,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     Shared& shared_;
     beast::flat_buffer buffer_;
     http::request_parser<http::string_body> parser_;
+    Asked asked_;
     http::response<http::string_body> response_;
 };
 

@@ -8,6 +8,7 @@
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
+#include "app/recipe/decks.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/report/recipe_page.hpp"
 #include "app/workbench/launch.hpp"
@@ -31,15 +32,26 @@ WebReply reply_of(const Json& json) {
     return {.body = json.dump(-1, ' ', false, Json::error_handler_t::replace)};
 }
 
-// What is wrong with a recipe, as the program says it, and the line.
+bool is_utf8(const std::string& text) {
+    try {
+        static_cast<void>(Json(text).dump());
+        return true;
+    } catch (const Json::type_error&) {
+        return false;
+    }
+}
+
+// What is wrong with a recipe, as the program says it, with the line and of what is no TOML the column.
 Json problem_of(const std::string& messages) {
-    static const std::regex form(R"(sidewall: (?:recipe:)?(?:(\d{1,9}): )?)");
+    static const std::regex form(
+        R"(sidewall: (?:recipe:)?(?:(\d{1,9}): )?(?:(?=not valid TOML at column (\d{1,9}):))?)");
     const std::size_t at = messages.rfind("sidewall: ");
     std::string text = at == std::string::npos ? messages : messages.substr(at);
     std::smatch match;
-    Json problem{{"line", nullptr}};
+    Json problem{{"line", nullptr}, {"column", nullptr}};
     if (std::regex_search(text, match, form, std::regex_constants::match_continuous)) {
         if (match[1].matched) problem["line"] = std::stol(match[1]);
+        if (match[2].matched) problem["column"] = std::stol(match[2]);
         text = match.suffix();
     }
     problem["problem"] = trimmed(text.substr(0, text.find('\n')));
@@ -65,17 +77,29 @@ std::string notes_of(const std::string& messages) {
     return text;
 }
 
-Json keys_json() {
+// The recipe's sections and keys; what stands for a chemistry is a deck of that model.
+Json keys_json(const Json& decks) {
     Json sections = Json::array();
     for (const SectionDoc& section : recipe_documentation()) {
         Json keys = Json::array();
-        for (const KeyDoc& key : section.keys)
+        for (const KeyDoc& key : section.keys) {
             keys.push_back(
                 Json{{"name", key.name}, {"type", type_line(key)}, {"doc", key.doc}, {"words", key.words}});
+            if (key.name != "chemistry") continue;
+            for (const auto& [deck, model] : decks.items())
+                if (model == section.name) keys.back()["words"].push_back(deck);
+        }
         sections.push_back(
             Json{{"name", section.name}, {"header", section.header}, {"doc", section.doc}, {"keys", keys}});
     }
     return sections;
+}
+
+// The decks that came with the program, each with its model.
+Json decks_json() {
+    Json decks = Json::object();
+    for (const Deck& deck : shipped_decks()) decks[deck.name] = deck.model;
+    return decks;
 }
 
 std::vector<std::string> shipped_recipes() {
@@ -96,7 +120,24 @@ Json text_json(const OpenedFolder& folder, const WebRequest& request) {
     }
     const auto path = request.query.find("path");
     const std::string text = folder.read(path == request.query.end() ? "" : path->second);
+    if (!is_utf8(text))
+        return {
+            {"problem",
+             path->second +
+                 ": is not in UTF-8, and would be damaged here: convert it, as by iconv -f latin1 -t utf8"}};
     return {{"text", text}, {"digest", digest(text)}};
+}
+
+// The file is not as the page has it; the digest of one that was removed is empty.
+Json changed_json(const OpenedFolder& folder, const std::string& path) {
+    std::string now;
+    try {
+        now = digest(folder.read(path));
+    } catch (const NotInside&) {
+    }
+    return {{"problem", path + ": has changed on the disk since it was opened"},
+            {"changed", true},
+            {"digest", now}};
 }
 
 Json save(const OpenedFolder& folder, const Json& asked) {
@@ -106,12 +147,22 @@ Json save(const OpenedFolder& folder, const Json& asked) {
     try {
         folder.make_room_for(path);
         folder.write(path, text, text_at_key(asked, "digest"));
-    } catch (const ChangedOnDisk& error) {
-        return {{"problem", error.what()}, {"changed", true}, {"digest", digest(folder.read(path))}};
+    } catch (const ChangedOnDisk&) {
+        return changed_json(folder, path);
     } catch (const IoError& error) {
         return {{"problem", error.what()}};
     }
     return {{"digest", digest(text)}};
+}
+
+// Starts what the page asks for, of the recipe that it shows if it says which text that is.
+Json start(const OpenedFolder& folder, const Json& asked) {
+    if (asked.contains("digest")) {
+        Json changed = changed_json(folder, text_at_key(asked, "recipe"));
+        if (changed["digest"] != asked["digest"]) return changed;
+    }
+    start_run(folder, asked);
+    return Json::object();
 }
 
 // The folder that a recipe of the page is in, where files that it names are sought; before it is there, the
@@ -145,7 +196,7 @@ std::vector<std::string> runs_asked(const OpenedFolder& folder, const WebRequest
     const auto asked = request.query.find("run");
     if (asked == request.query.end()) throw NotInside("no run");
     std::vector<std::string> names = split(asked->second, '\0');
-    for (const std::string& name : names) folder.inside(name);
+    for (const std::string& name : names) folder.without_links(name);
     return names;
 }
 
@@ -160,6 +211,7 @@ WebReply results(const OpenedFolder& folder, const WebRequest& request) {
 }
 
 Json contents_json(const OpenedFolder& folder, const std::string& first) {
+    forget_ended();
     const OpenedFolder::Contents found = folder.contents();
     Json runs = Json::array();
     for (const std::string& name : found.results) {
@@ -168,8 +220,11 @@ Json contents_json(const OpenedFolder& folder, const std::string& first) {
         } catch (const NotInside&) {  // removed meanwhile
         }
     }
-    return {
-        {"folder", folder.path().string()}, {"recipe", first}, {"recipes", found.recipes}, {"runs", runs}};
+    return {{"folder", folder.path().string()},
+            {"recipe", first},
+            {"recipes", found.recipes},
+            {"runs", runs},
+            {"cut", !found.whole}};
 }
 
 Json table_json(const OpenedFolder& folder) {
@@ -187,11 +242,11 @@ Json log_json(const OpenedFolder& folder, const WebRequest& request) {
     std::string text;
     try {
         const auto asked = request.query.find("run");
-        text = folder.read(asked == request.query.end() ? "" : asked->second + ".log");
+        text = folder.read_end(asked == request.query.end() ? "" : asked->second + ".log", kMost);
     } catch (const NotInside&) {
         text = "The page did not start this run: it has no log here.\n";
     }
-    return {{"text", text.size() > kMost ? text.substr(text.size() - kMost) : text}};
+    return {{"text", text}};
 }
 
 // A measured profile as columns of numbers.
@@ -207,7 +262,10 @@ Json got(const OpenedFolder& folder, const std::string& first, const WebRequest&
     if (request.path == "/api/contents") return contents_json(folder, first);
     if (request.path == "/api/table") return table_json(folder);
     if (request.path == "/api/text") return text_json(folder, request);
-    if (request.path == "/api/keys") return {{"sections", keys_json()}, {"shipped", shipped_recipes()}};
+    if (request.path == "/api/keys") {
+        const Json decks = decks_json();
+        return {{"sections", keys_json(decks)}, {"shipped", shipped_recipes()}, {"decks", decks}};
+    }
     if (request.path == "/api/log") return log_json(folder, request);
     throw NotInside("no such page");
 }
@@ -217,10 +275,7 @@ WebReply posted(const OpenedFolder& folder, const std::string& path, const Json&
     if (path == "/api/check") return check(folder, asked);
     if (path == "/api/save") return reply_of(save(folder, asked));
     if (path == "/api/profile") return reply_of(profile_json(asked));
-    if (path == "/api/start") {
-        start_run(folder, asked);
-        return reply_of(Json::object());
-    }
+    if (path == "/api/start") return reply_of(start(folder, asked));
     if (path == "/api/stop") return reply_of({{"asked", stop_run(folder, text_at_key(asked, "run"))}});
     throw NotInside("no such page");
 }

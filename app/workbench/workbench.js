@@ -1,20 +1,21 @@
 "use strict";
 // The workbench: a recipe and the wafer that it begins with, runs of the folder, and what they found.
 (() => {
-  const { el, number } = Sidewall, kTyping = 250, kResting = 700, kPoll = 1000;
+  const { el, number } = Sidewall, kTyping = 250, kResting = 700, kPoll = 1000, kLongestPoll = 5000;
+  const kSilent = "The workbench does not answer: it has ended, or the connection is lost.";
   history.replaceState(null, "", "/");  // the token is in a cookie from now on
 
-  const get = async (path) => answered(await fetch(path));
-  const post = async (path, body) => answered(await fetch(path, { method: "POST", body: JSON.stringify(body) }));
+  const ask = async (path, options) => answered(await fetch(path, options).catch(() => { throw new Error(kSilent); }));
+  const get = (path) => ask(path), post = (path, body) => ask(path, { method: "POST", body: JSON.stringify(body) });
   async function answered(response) {
     if (!response.ok) throw new Error((await response.text()).trim() || `status ${response.status}`);
     return response.json();
   }
   const query = (names) => names.map((name) => `run=${encodeURIComponent(name)}`).join("&");
 
-  const state = { path: "", digest: "", dirty: false, round: 0, runs: [], table: null, stamps: "", shown: [], shownStamp: "",
+  const state = { path: "", digest: "", dirty: false, round: 0, opens: 0, took: 0, runs: [], table: null, stamps: "", shown: [], shownStamp: "",
                   pinned: false, chosen: new Set(), profiles: [] };
-  let editor = null, keys = null;
+  let editor = null, keys = null, fresh = false;  // fresh: the view is of another wafer than before
 
   // The page's parts.
   const button = (text, title, click) => el("button", { type: "button", title, onclick: click }, text);
@@ -32,7 +33,7 @@
   const form = Sidewall.studyForm({
     numberAtCursor: () => editor.numberAtCursor(),
     profileNames: () => state.profiles.map((profile) => profile.path),
-    start: (asked) => tried(begin({ ...asked, recipe: state.path })),
+    start: (asked) => tried(begin(asked)),
   });
   document.getElementById("page").replaceWith(el("main", { id: "page", class: "workbench" },
     el("header", { class: "bar" }, el("b", {}, "Sidewall"), choose, buttons.save, buttons.run, buttons.stop, buttons.resume,
@@ -49,9 +50,15 @@
     return reply;
   };
 
-  // The 3-D view: one at a time, seen from the same side as the last.
+  // The 3-D view: one at a time, seen from where the last one was if it shows the same wafer, else from the same side.
   function place(section, element) {
     const last = view.viewer && view.viewer.controls ? view.viewer : null, degrees = 180 / Math.PI;
+    const same = last && !fresh && last.section.title === section.title, seen = same && last.moved() && last.seenFrom();
+    fresh = false;
+    if (same && last.takes(section)) {
+      Sidewall.viewer = last;
+      return last.show(section);
+    }
     const side = last && [degrees * last.controls.getAzimuthalAngle(), 90 - degrees * last.controls.getPolarAngle()];
     view.replaceChildren(el("h2", {}, section.title || ""), element);
     if (last) {
@@ -61,7 +68,8 @@
     view.viewer = Sidewall.viewer;
     if (!view.viewer) return;
     view.viewer.begin();
-    if (side && view.viewer.controls) view.viewer.place(...side, view.viewer.distance());
+    if (seen && view.viewer.controls) view.viewer.seeFrom(seen);
+    else if (side && view.viewer.controls) view.viewer.place(...side, view.viewer.distance());
   }
 
   // Draws a page's view in its pane and the other sections below; runs keep the pane until the recipe changes.
@@ -72,7 +80,20 @@
       if (section.type === "view") place(section, parts[k].children[1]);
       else rest.push(parts[k]);
     });
-    if (below) results.replaceChildren(...page.notes.map((note) => el("p", { class: "warning" }, note)), ...rest);
+    if (below) kept(results, ...page.notes.map((note) => el("p", { class: "warning" }, note)), ...rest);
+  }
+
+  // Replaces what stands in a place; scrolling and the keyboard's focus stay.
+  function kept(place, ...children) {
+    const boxes = () => [...place.querySelectorAll(".scroll, pre")], at = boxes().map((box) => [box.scrollLeft, box.scrollTop]);
+    const stops = () => [...place.querySelectorAll("button, input, select, [tabindex]")];
+    const focus = stops().indexOf(document.activeElement), { scrollY } = window;
+    place.style.minHeight = `${place.offsetHeight}px`;
+    place.replaceChildren(...children);
+    boxes().forEach((box, k) => at[k] && box.scrollTo(...at[k]));
+    if (stops()[focus]) stops()[focus].focus({ preventScroll: true });
+    place.style.minHeight = "";
+    window.scrollTo(window.scrollX, scrollY);
   }
 
   // Work of which one at a time is asked for: what comes meanwhile is done once more at its end.
@@ -115,29 +136,69 @@
 
   // Recipes.
   async function open(path, shipped) {
-    const found = await get(shipped ? `/api/text?shipped=${encodeURIComponent(shipped)}` : `/api/text?path=${encodeURIComponent(path)}`);
+    const opening = ++state.opens, { round } = state;
+    const found = told(await get(shipped ? `/api/text?shipped=${encodeURIComponent(shipped)}` : `/api/text?path=${encodeURIComponent(path)}`));
+    if (opening !== state.opens) return;  // another was chosen meanwhile
+    if (round !== state.round) { refreshBar(); throw new Error(`${path} is not opened, as something was typed meanwhile`); }
+    try { Sidewall.Editor.lineEnd(found.text); } catch (error) { refreshBar(); throw new Error(`${path}: ${error.message}`); }
+    for (const old of left.querySelectorAll(".choice")) old.remove();
     Object.assign(state, { path, digest: found.digest, dirty: Boolean(shipped), pinned: false });
+    fresh = true;
     ++state.round;
     editor.text = found.text;
     document.title = `${path} (Sidewall)`;
+    say("");
     refreshBar();
     await check();
   }
   function pick(value) {
     const [kind, name] = [value.slice(0, 2), value.slice(2)];
+    if (kind === "c:") {
+      editor.append(`\n[[step]]\nmodel = "${keys.decks[name]}"\nchemistry = "${name}"\nduration = 1.0\n`);
+      return refreshBar();
+    }
     if (state.dirty && !confirm(`${state.path} is not saved: leave it?`)) return refreshBar();
     if (kind === "f:") return tried(open(name));
     const path = prompt("Name of the new recipe", name);
-    return path ? tried(open(path.endsWith(".toml") ? path : `${path}.toml`, name)) : refreshBar();
+    return path ? tried(open(toml(path), name)) : refreshBar();
   }
+  const toml = (name) => name.endsWith(".toml") ? name : `${name}.toml`;
   async function save() {
-    const text = editor.text, reply = await post("/api/save", { path: state.path, text, digest: state.digest });
-    if (reply.changed && confirm(`${state.path} has changed on the disk since it was opened. Load that version? Cancel keeps yours, unsaved.`))
-      return open(state.path);
+    if (!state.path) {
+      const name = prompt("Name of the new recipe", "recipe.toml");
+      if (!name) throw new Error("A recipe is saved under a name.");
+      state.path = toml(name);
+    }
+    const { path } = state, text = editor.text, reply = await post("/api/save", { path, text, digest: state.digest });
+    if (path !== state.path) return;  // another is open by now
+    if (reply.changed) await conflict(path, reply.digest);
     state.digest = told(reply).digest;
     state.dirty = editor.text !== text;
-    say(`${state.path} is saved`);
+    say(`${path} is saved`);
     await poll();
+    refreshBar();
+  }
+
+  // The file has changed on the disk since it was opened, or is gone: both texts, where they differ, and which of them is to stay.
+  async function conflict(path, digest) {
+    const theirs = digest ? (await get(`/api/text?path=${encodeURIComponent(path)}`)).text : "", known = theirs !== undefined;
+    if (path !== state.path) return;
+    const a = (theirs || "").split("\n"), b = editor.text.split("\n");
+    let low = 0, high = 0;
+    while (low < Math.min(a.length, b.length) && a[low] === b[low]) ++low;
+    while (high < Math.min(a.length, b.length) - low && a[a.length - 1 - high] === b[b.length - 1 - high]) ++high;
+    const lines = (text, sign) => text.slice(low, text.length - high).map((line) => `${sign} ${line}\n`).join("");
+    const choice = el("section", { class: "choice", role: "alertdialog", tabindex: "-1" });
+    const ends = (work) => () => { choice.remove(); tried(work()); };
+    const what = !digest ? "was removed from the disk." : !known ? "has changed on the disk, and is no longer in UTF-8."
+      : `has changed on the disk since it was opened. From line ${low + 1} they differ, - there, + here:`;
+    choice.append(el("p", {}, `${path} ${what}`), digest && known ? el("pre", {}, lines(a, "-") + lines(b, "+")) : "",
+      button("Keep mine", "write the file", ends(() => { state.digest = digest; return save(); })),
+      digest && known ? button("Take theirs", "load the file", ends(() => open(path))) : "",
+      button("Later", "keep editing", ends(async () => {})));
+    for (const old of left.querySelectorAll(".choice")) old.remove();
+    left.prepend(choice);
+    choice.focus();
   }
 
   // Runs.
@@ -147,14 +208,18 @@
     for (let n = 1;; ++n) if (!taken.has(n > 1 ? `${stem}-${n}` : stem)) return n > 1 ? `${stem}-${n}` : stem;
   };
   async function begin(asked) {
+    const before = state.path;
     if (state.dirty || !state.digest) await save();
-    if (state.dirty) return;
-    const stem = state.path.replace(/^.*\//, "").replace(/\.toml$/, "");
+    const { path, digest } = state;
+    if (state.dirty || (before && path !== before)) return;
+    const stem = path.replace(/^.*\//, "").replace(/\.toml$/, "");
     const output = free(`results/${stem}${asked.command === "run" ? "" : `-${asked.command}`}`);
-    told(await post("/api/start", { ...asked, output }));
+    const reply = await post("/api/start", { ...asked, recipe: path, output, digest });
+    if (reply.changed) await conflict(path, reply.digest);
+    told(reply);
     await watch(output);
   }
-  const run = () => begin({ command: "run", recipe: state.path });
+  const run = () => begin({ command: "run" });
   async function resume(path) {
     told(await post("/api/start", { command: "run", recipe: `${path}/recipe.toml`, output: path, resume: true }));
     await watch(path);
@@ -181,7 +246,7 @@
   async function show(paths, anew = false) {
     if (!paths.length) { say("Mark runs in the table first.", true); return; }
     const one = state.runs.find((run) => run.path === paths[0]), live = paths.length === 1 && one && one.state === "running";
-    if (anew) state.pinned = true;
+    if (anew) state.pinned = fresh = true;
     state.shown = paths;
     state.shownStamp = one ? one.stamp + one.state : "";
     refreshBar();
@@ -203,6 +268,7 @@
     const { text } = await get(`/api/log?${query([path])}`);
     results.replaceChildren(el("section", {}, el("h2", {}, `Log of ${path}`), el("pre", { class: "toml" }, text)));
     state.shown = [];
+    refreshBar();
   }
 
   function progress(one) {
@@ -230,7 +296,7 @@
         ...columns.map((_, k) => cell((rows.get(one.path) || [])[k])));
     });
     const heads = ["", "run", "kind", "state", "", ...columns.map((c) => c.name + (c.unit ? ` [${c.unit}]` : ""))];
-    runs.replaceChildren(el("section", {}, el("h2", {}, "Runs"), state.runs.length
+    kept(runs, el("section", {}, el("h2", {}, "Runs"), state.runs.length
       ? el("div", { class: "scroll", tabindex: "0" }, el("table", { class: "plain" },
            el("thead", {}, el("tr", {}, ...heads.map((name) => el("th", { scope: "col" }, name)))), el("tbody", {}, ...body)))
       : el("p", { class: "none" }, "None yet: Run starts one in the folder results.")));
@@ -238,8 +304,8 @@
 
   function refreshBar() {
     const one = shownRun();
-    buttons.save.disabled = !state.path || !state.dirty;
-    buttons.run.disabled = !state.path;
+    buttons.save.disabled = !state.dirty;
+    buttons.run.disabled = !state.path && !state.dirty;
     buttons.stop.hidden = !one || one.state !== "running";
     buttons.resume.hidden = !one || one.state !== "stopped" || one.kind !== "run";
     buttons.compare.disabled = state.chosen.size < 2;
@@ -249,19 +315,24 @@
     choose.replaceChildren(
       el("optgroup", { label: "Recipes of the folder" },
          ...here.map((name) => option("f:", name, name + (name === state.path && state.dirty ? " *" : "")))),
-      el("optgroup", { label: "New, from one that came with the program" }, ...(keys ? keys.shipped : []).map((name) => option("s:", name))));
+      el("optgroup", { label: "New, from one that came with the program" }, ...(keys ? keys.shipped : []).map((name) => option("s:", name))),
+      el("optgroup", { label: "A step more, of a chemistry with sources" },
+         ...Object.keys(keys ? keys.decks : {}).map((name) => option("c:", name, `${name} (${keys.decks[name]})`))));
     choose.value = `f:${state.path}`;
   }
 
   let polling = null;
   const poll = () => polling || (polling = look().finally(() => { polling = null; }));
   async function look() {
-    const found = await get("/api/contents");
+    const asked = performance.now(), found = await get("/api/contents");
+    state.took = performance.now() - asked;
     const stamps = JSON.stringify(found.runs);
     const news = stamps !== state.stamps || JSON.stringify(found.recipes) !== JSON.stringify(state.recipes);
     state.recipes = found.recipes;
     state.runs = found.runs;
     state.first = found.recipe;
+    if (found.cut && !state.cut) say("The folder is large: not all of it is listed.", true);
+    state.cut = found.cut;
     if (!news) return;
     if (stamps !== state.stamps) state.table = told(await get("/api/table"));
     for (const path of state.chosen) if (!found.runs.some((run) => run.path === path)) state.chosen.delete(path);
@@ -310,7 +381,14 @@
     if (first) await tried(open(first));
     else say("This folder has no recipe yet: choose one that came with the program.");
     refreshBar();
-    setInterval(() => document.hidden || poll().catch(() => say("The workbench does not answer: it has ended, or the connection is lost.", true)), kPoll);
+    for (let wrong = "";;) {  // a folder that takes long is asked less often
+      await new Promise((done) => setTimeout(done, Math.min(kLongestPoll, Math.max(kPoll, 10 * state.took))));
+      if (document.hidden) continue;
+      const before = wrong;
+      wrong = await poll().then(() => "", (error) => error.message);
+      if (wrong) say(wrong, true);
+      else if (before && status.textContent === before) say("");
+    }
   }
   Sidewall.workbench = { state, open, save, run, stop, resume, show, dropped, get editor() { return editor; } };
   tried(start());

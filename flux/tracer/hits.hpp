@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "flux/tracer/particle_history.hpp"
 
@@ -32,5 +33,12 @@ void react_neutrals(const Trace& trace, Bundle& bundle, Worker& worker, Rays& ra
 /// \param bundles  one a species, over worker.rays.
 /// \pre the species have the same_paths.
 void react_shared(const Trace& trace, std::span<Bundle> bundles, Worker& worker, const Event& event);
+
+/// The hits of one bounce of any particles, in double precision: tallies them and their yields, reflects or
+/// re-emits what is not absorbed, less the energy it loses. Survivors of roulette move up in worker.rays, ready to
+/// fly on; sputtered particles go to worker.secondaries, likewise.
+/// \param tallies  in the order of tally_names.
+void react_ions(const Trace& trace, Bundle& bundle, Worker& worker, const Event& event,
+                const std::vector<Tally>& tallies);
 
 }  // namespace sidewall::flux

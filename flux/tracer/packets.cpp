@@ -128,7 +128,7 @@ class PacketFlight {
 
   private:
     void alone(std::size_t row) {
-        double free_path = std::numeric_limits<double>::infinity();
+        double free_path = kInfinity;
         if constexpr (kWithin) free_path = static_cast<double>((*free_path_)[row]);
         fly_alone(geometry_, rays_, row, free_path, counts_);
     }
@@ -341,8 +341,7 @@ void turn_back(Rays& rays, const Straightened& kept) {
 void fly_all_round(const Geometry& geometry, Rays& rays, const Column<float>* free_path,
                    FlightCounts& counts) {
     for (std::size_t row = 0; row < rays.count; ++row) {
-        const double path = free_path != nullptr ? static_cast<double>((*free_path)[row])
-                                                 : std::numeric_limits<double>::infinity();
+        const double path = free_path != nullptr ? static_cast<double>((*free_path)[row]) : kInfinity;
         const RoundFlight flight =
             fly_round(geometry, rays.point(row), rays.direction(row).normalized(), path);
         counts.segments += flight.flights;

@@ -12,10 +12,10 @@
 //       surface hit it reacts
 //     react       as its species does at the surface
 //       neutrals    of one species, or of several species on the same paths           hits.cpp
-//       ions        and whatever has energy, yields, reflection or redeposition       ion_hits.cpp
+//       ions        and whatever has energy, yields, reflection or redeposition       hits.cpp
 //     and at every hit, in this order:
 //       tally       its weight, times each yield, to triangle and wedges              tally.hpp, yield.hpp
-//       sputter     secondary particles, which then live from `fly` on as neutrals    ion_hits.cpp
+//       sputter     secondary particles, which then live from `fly` on as neutrals    hits.cpp
 //       stick       part of its weight is absorbed                                    particle_history.hpp
 //       roulette    a small rest ends, or becomes a whole particle                    particle_history.hpp
 //       re-emit     by Lambert's law: back to `fly`                                   hits.cpp
@@ -33,7 +33,6 @@
 #include "flux/tracer/adjoint.hpp"
 #include "flux/tracer/gas_collisions.hpp"
 #include "flux/tracer/hits.hpp"
-#include "flux/tracer/ion_hits.hpp"
 
 namespace sidewall::flux {
 namespace {

@@ -43,12 +43,6 @@ struct Trace {
     std::function<bool()> stop;  ///< asked now and then; true abandons the block
 };
 
-/// Numbers of a species' particles by their end, and their weights' balance.
-struct Counts {
-    std::uint64_t emitted = 0, absorbed = 0, escaped = 0, leaked = 0, arrivals = 0;
-    Ledger ledger, redeposited;
-};
-
 /// Counts of all species of a pass, and of their flights.
 struct PassCounts {
     std::vector<Counts> species;

@@ -141,7 +141,7 @@ class Cubes {
     }
 
     double width_;
-    Vec3 origin_ = Vec3::Constant(std::numeric_limits<double>::infinity());
+    Vec3 origin_ = Vec3::Constant(kInfinity);
     std::vector<std::uint64_t> keys_;
     std::vector<Sample> samples_;
 };

@@ -138,23 +138,16 @@ class Tracer {
 
   private:
     FluxResult result(std::size_t k) const {
-        const Counts& counts = counts_.species[k];
         const double scale = area_per_ray(k);
         FluxResult result;
+        static_cast<Counts&>(result) = counts_.species[k];
         static_cast<TallyFlux&>(result) = flux_of(tallies_[k], scale);
         if (counts_.species.size() == 1)
             for (std::size_t n = 1; n < tallies_.size(); ++n)
                 (trace_.reflected > 0 && n >= trace_.reflected ? result.reflected : result.others)
                     .push_back(flux_of(tallies_[n], scale));
-        result.emitted = counts.emitted;
-        result.absorbed = counts.absorbed;
-        result.escaped = counts.escaped;
-        result.leaked = counts.leaked;
-        result.arrivals = counts.arrivals;
         result.segments = counts_.flights.segments;
         result.rescued = counts_.flights.rescued;
-        result.ledger = counts.ledger;
-        result.redeposited = counts.redeposited;
         result.relative_error = relative_error(result.vertex, flux_of(noisy_part(k), scale).vertex);
         result.adjoint = trace_.adjoint;
         result.pass_species = static_cast<std::uint32_t>(counts_.species.size());
@@ -178,7 +171,7 @@ class Tracer {
             error += area * noisy.error[v];
             flux += area * vertex.flux[v];
         }
-        return flux > 0.0 ? error / flux : std::numeric_limits<double>::infinity();
+        return flux > 0.0 ? error / flux : kInfinity;
     }
 
     // The area that a particle stands for at flux 1 of the source plane.

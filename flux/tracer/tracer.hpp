@@ -67,19 +67,23 @@ struct TallyFlux {
     FluxField vertex;    ///< the same over whole vertices
 };
 
+/// Numbers of a species' particles by their end, and their weights' balance.
+struct Counts {
+    std::uint64_t emitted = 0, absorbed = 0, escaped = 0, leaked = 0;
+    std::uint64_t arrivals = 0;  ///< on the surface, absorbed or not, of whatever weight
+    Ledger ledger, redeposited;  ///< of the species, and of what its hits sputter
+};
+
 /// Arrivals, what else the species tallies, and what became of the particles. Each history ends once:
 /// emitted = absorbed + escaped + leaked. One that shares its path with other species' ends as absorbed when
 /// its weight comes to 0 or the path loses at roulette, as escaped or leaked when the path does with any of
 /// its weight. Adjoint histories that the surface hides from the source escape and weigh nothing.
-struct FluxResult : TallyFlux {
+struct FluxResult : TallyFlux, Counts {
     std::vector<TallyFlux> others;  ///< one for each of Species::yields, then redeposition if there is any
     /// The parts of the arrivals and of each yield that are not of a particle's first hit; empty unless asked for.
     std::vector<TallyFlux> reflected;
-    std::uint64_t emitted = 0, absorbed = 0, escaped = 0, leaked = 0;
-    std::uint64_t arrivals = 0;  ///< on the surface, absorbed or not, of whatever weight
     std::uint64_t segments = 0;  ///< ray-scene intersections of the pass
     std::uint64_t rescued = 0;   ///< its arrivals that rounding had put behind the surface, see fly
-    Ledger ledger, redeposited;  ///< of the species, and of what its hits sputter
     double relative_error =
         0.0;               ///< sum(area * standard error) / sum(area * flux) over vertices, of the
                            ///< arrivals, or of `reflected` where that is known apart; infinite without hits

@@ -351,14 +351,18 @@ StackMeshes extract_materials(const MaterialStack& stack, const TriangleMesh& su
         is_sharp && top > 0 ? extract_surface(stack, surface::SharpEdges::none) : TriangleMesh();
     const TriangleMesh& whole = is_sharp && top > 0 ? plain : surface;
     StackMeshes meshes;
-    if (are_all_covered(stack)) {
+    std::vector<surface::SharpEdges> edges(top);
+    for (std::size_t layer = 0; layer < top; ++layer) edges[layer] = edges_below(stack, layer);
+    const auto own_front = [&](std::size_t layer) {
+        TriangleMesh mesh = extract_surface(stack, layer, edges[layer]);
+        mesh.vertex_attributes.clear();
+        return mesh;
+    };
+    if (std::ranges::count(edges, surface::SharpEdges::none) == 0) {
         meshes.surface.mesh.vertices = whole.vertices;
         meshes.surface.mesh.triangles = whole.triangles;
         meshes.surface.layer.assign(whole.triangles.size(), top);
-        for (std::size_t layer = 0; layer < top; ++layer) {
-            meshes.interfaces.push_back(extract_surface(stack, layer));
-            meshes.interfaces.back().vertex_attributes.clear();
-        }
+        for (std::size_t layer = 0; layer < top; ++layer) meshes.interfaces.push_back(own_front(layer));
         return meshes;
     }
     const Fronts fronts(stack);
@@ -371,7 +375,10 @@ StackMeshes extract_materials(const MaterialStack& stack, const TriangleMesh& su
         if (layer < top) cut.mesh = meshes.interfaces[layer] = interface_mesh(fronts, stack, layer, rims);
         Segments rim = Cutter(stack, layer, cut, covers_of(fronts, layer, cut.mesh)).run();
         if (layer > 0) rims[layer - 1] = NearestOnSegments(std::move(rim), kNear * stack.domain.spacing);
-        if (layer == top) meshes.surface = std::move(cut);
+        if (layer == top)
+            meshes.surface = std::move(cut);
+        else if (edges[layer] != surface::SharpEdges::none)
+            meshes.interfaces[layer] = own_front(layer);
     }
     return meshes;
 }

@@ -31,8 +31,8 @@ struct StackMeshes {
 /// them, and each interface ends on that line.
 ///
 /// \param surface  extract_surface of the stack's top. Its sharp edges stay where one layer is all there is; contact lines are
-///                 found on the plain surface, which has the same vertices but those on edges. Interfaces have edges where
-///                 each layer is covered by half a cell of the next at least, so that there are no contact lines.
+///                 found on the plain surface, which has the same vertices but those on edges. A layer that is covered
+///                 all over has edges on its interface (edges_below): it has no contact line.
 /// \note O(n) for each pair of layers. The same bits on any number of threads.
 StackMeshes extract_materials(const MaterialStack& stack, const TriangleMesh& surface);
 

@@ -1,16 +1,231 @@
 #include "levelset/meshes/fronts.hpp"
 
+#include <openvdb/tree/LeafManager.h>
+#include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
+#include <optional>
 
-#include "levelset/meshes/continued.hpp"
+#include "levelset/layers/levels.hpp"
 
 namespace sidewall::levelset {
 namespace {
 
-// In cells, the film with which a layer counts as covered: marching cubes cuts off less than that of a
-// corner. So much of it is asked for at nodes of the cells that the layer's front passes through.
-constexpr double kCovering = 0.5, kOfCutCells = 1.75;
+// How far from a node, in cells along an axis, its layer's own distances are looked for, those of the buried
+// nodes, and the next front. Of the buried ones two columns lie within reach of any cell that the next front
+// passes; where that ends two cells farther on, as at a trench's floor, it still is a plane.
+constexpr int kNodesAround = 2, kBuriedAround = 3, kNextAround = 1;
+
+// Of a distance that a plane is fitted to.
+constexpr double kLeastSlope = 0.7;
+
+// The corners of a cell that both fronts pass through lie within two cells of either.
+constexpr float kNearFront = 2.5f;
+
+// In cells, how much farther from the next front than from its layer's own a buried node is, and how far at
+// least. Elsewhere the layer's distances may be those to the edge where the next front cuts it off, or from
+// there.
+constexpr float kBuried = 0.5f, kLeastBuried = 0.75f;
+
+// The next front crosses a layer's where their normals make more than 60 degrees.
+constexpr double kCrossing = 0.5;
+
+// In cells, how deep below the next front a layer's nearest point lies for that to be its own front, not the
+// edge where the next one cuts it off.
+constexpr double kCovered = 0.1;
+
+// In cells, by how much (root mean square) nodes may miss their plane: more is an edge or a corner.
+constexpr double kFlat = 0.1;
+
+// A plane fitted to a layer's distances around a node.
+struct Plane {
+    int count = 0;  // of the distances
+    double value = 0.0, misfit = 0.0;
+    Vec3 rise = Vec3::Zero();  // a cell
+    bool two_sided = false;    // some nodes lie inside the layer and some outside
+};
+
+// The distances of a layer and of the next one at a leaf's nodes and around them; NaN where the layer does
+// not hold its own.
+class KnownValues {
+  public:
+    // \param next  the layer above.
+    // \returns whether there are any.
+    bool load(const Grid& layer, const Grid& next, const Domain& domain, const openvdb::Coord& origin) {
+        const auto own = layer.getConstUnsafeAccessor(), above = next.getConstUnsafeAccessor();
+        dx_ = static_cast<float>(domain.spacing);
+        const auto touching = static_cast<float>(thinnest_film(domain));
+        bool any = false;
+        std::size_t n = 0;
+        for (int x = -kBuriedAround; x < 8 + kBuriedAround; ++x)
+            for (int y = -kBuriedAround; y < 8 + kBuriedAround; ++y)
+                for (int z = -kBuriedAround; z < 8 + kBuriedAround;) {  // by leaves
+                    openvdb::Coord node(domain.source_node(0, origin.x() + x),
+                                        domain.source_node(1, origin.y() + y), origin.z() + z);
+                    const Leaf *mine = own.probeConstLeaf(node), *other = above.probeConstLeaf(node);
+                    const float tile = other == nullptr ? above.getValue(node) : 0.0f;
+                    for (const int end = z < 0 ? 0 : z < 8 ? 8 : 8 + kBuriedAround; z < end; ++z, ++n) {
+                        node.z() = origin.z() + z;
+                        const openvdb::Index offset = Leaf::coordToOffset(node);
+                        value_[n] = std::numeric_limits<float>::quiet_NaN();
+                        next_[n] = other == nullptr ? tile : other->getValue(offset);
+                        if (mine == nullptr || !mine->isValueOn(offset)) continue;
+                        const float here = mine->getValue(offset);
+                        // A node of the layer's band that is not in the next one's lies inside it.
+                        if (other == nullptr || !other->isValueOn(offset))
+                            next_[n] = -next.background();
+                        else if (here - next_[n] <= touching)
+                            continue;
+                        value_[n] = here;
+                        any = true;
+                    }
+                }
+        return any;
+    }
+
+    bool known(const openvdb::Coord& local) const {
+        return !std::isnan(value_[at(local.x(), local.y(), local.z())]);
+    }
+    bool buried(const openvdb::Coord& local) const { return buried(at(local.x(), local.y(), local.z())); }
+
+    // What a plane through the known values around a node says there, or \p otherwise if they do not tell.
+    float fitted(const openvdb::Coord& local, float otherwise) const {
+        const Plane plane =
+            fit(local, kNodesAround, value_, [&](std::size_t n) { return !std::isnan(value_[n]); });
+        return tells(plane) ? static_cast<float>(plane.value) : otherwise;
+    }
+
+    // The same by the buried nodes alone, where they lie in a plane and the next front crosses it in another,
+    // which goes on beyond.
+    std::optional<float> crossed(const openvdb::Coord& local) const {
+        const Plane buried_front =
+            fit(local, kBuriedAround, value_, [&](std::size_t n) { return buried(n); });
+        if (!tells(buried_front) || !buried_front.two_sided || !flat(buried_front)) return std::nullopt;
+        const Plane next = fit(local, kNextAround, next_,
+                               [&](std::size_t n) { return std::abs(next_[n]) < kNearFront * dx_; });
+        const double cosine =
+            next.rise.dot(buried_front.rise) / (next.rise.norm() * buried_front.rise.norm());
+        if (!tells(next) || !flat(next) || std::abs(cosine) > kCrossing) return std::nullopt;
+        if (known(local) && nearest_is_covered(local)) return std::nullopt;
+        return static_cast<float>(buried_front.value);
+    }
+
+  private:
+    static constexpr int kSide = 8 + 2 * kBuriedAround;
+    using Values = std::array<float, kSide * kSide * kSide>;
+    static std::size_t at(int x, int y, int z) {
+        return static_cast<std::size_t>(((x + kBuriedAround) * kSide + y + kBuriedAround) * kSide + z +
+                                        kBuriedAround);
+    }
+    bool buried(std::size_t n) const {
+        return !std::isnan(value_[n]) && next_[n] <= -kLeastBuried * dx_ &&
+               std::abs(value_[n]) <= -next_[n] - kBuried * dx_;
+    }
+    bool tells(const Plane& plane) const {
+        return plane.count >= 4 && plane.rise.norm() > kLeastSlope * static_cast<double>(dx_);
+    }
+
+    bool flat(const Plane& plane) const { return plane.misfit <= kFlat * static_cast<double>(dx_); }
+
+    // Whether the point of the layer's front nearest to a node lies below the next front.
+    bool nearest_is_covered(const openvdb::Coord& local) const {
+        const Plane mine = fit(local, 1, value_, [&](std::size_t n) { return !std::isnan(value_[n]); });
+        if (!tells(mine)) return false;
+        const double way = static_cast<double>(value_[at(local.x(), local.y(), local.z())]) / dx_;
+        const Vec3 foot = Vec3(local.x(), local.y(), local.z()) - way * mine.rise.normalized();
+        const Eigen::Vector3i low = foot.array().floor().cast<int>();
+        double next = 0.0;
+        for (int corner = 0; corner < 8; ++corner) {
+            const Eigen::Vector3i node = low + Eigen::Vector3i(corner & 1, corner >> 1 & 1, corner >> 2);
+            const Vec3 share = 1.0 - (foot - node.cast<double>()).array().abs();
+            next += share.prod() * next_[at(node.x(), node.y(), node.z())];
+        }
+        return next < -kCovered * dx_;
+    }
+
+    template <class Takes>
+    Plane fit(const openvdb::Coord& local, int reach, const Values& values, Takes&& takes) const {
+        Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+        Eigen::Vector4d right = Eigen::Vector4d::Zero();
+        double squares = 0.0;
+        Plane plane;
+        bool inside = false, outside = false;
+        for (int x = -reach; x <= reach; ++x)
+            for (int y = -reach; y <= reach; ++y)
+                for (int z = -reach; z <= reach; ++z) {
+                    const std::size_t n = at(local.x() + x, local.y() + y, local.z() + z);
+                    if (!takes(n)) continue;
+                    const auto value = static_cast<double>(values[n]);
+                    const double squared = std::max(1, x * x + y * y + z * z);
+                    const double weight = 1.0 / (squared * squared);  // the nearest ones tell most
+                    const Eigen::Vector4d row(1.0, x, y, z);
+                    normal += weight * row * row.transpose();
+                    right += weight * value * row;
+                    squares += weight * value * value;
+                    (value < 0.0 ? inside : outside) = true;
+                    ++plane.count;
+                }
+        if (plane.count < 4) return plane;
+        const double weights = normal(0, 0);
+        // Slopes that the nodes do not tell become none, and are seen from that: a distance rises by 1 a
+        // cell.
+        const double ridge = 1e-6 * normal.trace();
+        for (int k = 1; k < 4; ++k) normal(k, k) += ridge;
+        const Eigen::Vector4d solution = normal.ldlt().solve(right);
+        plane.value = solution[0];
+        plane.rise = solution.tail<3>();
+        plane.misfit = std::sqrt(std::max(0.0, squares - solution.dot(right)) / weights);
+        plane.two_sided = inside && outside;
+        return plane;
+    }
+
+    float dx_ = 1.0f;
+    Values value_, next_;
+};
+
+// The fronts of the lower layers as they would go on where the layers above cut them off. A layer is held as
+// the greater of its own distance and the next layer's, so that its own is known only where it is greater. At
+// nodes within two cells of such ones a plane fitted to them goes on, no higher than the next layer's value;
+// at all others the layer counts as deep inside. Beside an edge where the next front cuts the layer off, as
+// the flush wall of a trench does, re-distancing has made its distances those to the edge: where the nodes
+// that are buried, farther from the next front than from the layer's own, lie in a plane, and the next front
+// crosses it in another that goes on beyond, the layer goes on by these nodes alone, no higher than the
+// values that are there. The greatest of the continued fronts of a layer and of all above it is that layer's
+// level set. Result by layer but the last one, each with the voxels of the layer's own grid.
+//
+// \param finer  the next finer level, if there is one: of several, fronts go on where the stack's own counts.
+std::vector<GridPtr> continued_fronts(const MaterialStack& stack, const MaterialStack* finer) {
+    std::vector<GridPtr> fronts;
+    const float near = kNearFront * static_cast<float>(stack.domain.spacing),
+                deep = -stack.top().background();
+    for (std::size_t k = 0; k + 1 < stack.layers.size(); ++k) {
+        fronts.push_back(stack.layers[k].phi->deepCopy());
+        openvdb::tree::LeafManager<Grid::TreeType> leaves(fronts.back()->tree());
+        leaves.foreach ([&](Leaf& leaf, std::size_t) {
+            if (!counts_in(stack, finer, leaf.origin().x(), leaf.origin().y())) return;
+            KnownValues values;
+            const bool any =
+                values.load(*stack.layers[k].phi, *stack.layers[k + 1].phi, stack.domain, leaf.origin());
+            for (auto it = leaf.beginValueOn(); it; ++it) {
+                const openvdb::Coord local = it.getCoord() - leaf.origin();
+                if (any && values.buried(local)) continue;
+                const bool known = any && values.known(local), is_near = any && std::abs(*it) < near;
+                if (const auto plane = is_near ? values.crossed(local) : std::nullopt)
+                    it.setValue(std::min(*it, *plane));
+                else if (!known)
+                    it.setValue(is_near ? std::min(*it, values.fitted(local, deep)) : deep);
+            }
+        });
+    }
+    return fronts;
+}
+
+// In cells, the film with which a layer counts as covered: marching cubes cuts off less than kCovering of a
+// convex corner, through which a thinner film's surface would pass; a hollow one it fills. So much of it is
+// asked for at the ends of edges of the grid that the layer's front crosses: these lie within a cell of it.
+constexpr double kCovering = 0.5, kCoveringHollow = 0.25, kBesideFront = 1.0;
 
 }  // namespace
 
@@ -69,23 +284,24 @@ GridEdge Fronts::edge_of(const Vec3& point) const {
     return edge;
 }
 
-bool are_all_covered(const MaterialStack& stack) {
+surface::SharpEdges edges_below(const MaterialStack& stack, std::size_t layer) {
     const MaterialStack* finer = nullptr;
+    double least = kCovering;
     for (const MaterialStack* level = &stack; level != nullptr; finer = level, level = level->coarser.get()) {
         const double dx = level->domain.spacing;
-        const auto thinnest = static_cast<float>(kCovering * dx), near = static_cast<float>(kOfCutCells * dx);
-        for (std::size_t k = 0; k + 1 < level->layers.size(); ++k) {
-            const auto next = level->layers[k + 1].phi->getConstUnsafeAccessor();
-            for (auto it = level->layers[k].phi->cbeginValueOn(); it; ++it) {
-                if (std::abs(*it) > near) continue;
-                float above = 0.0f;  // a node that is not in the next layer's band lies inside it
-                if (next.probeValue(it.getCoord(), above) && *it - above < thinnest &&
-                    counts_at(*level, finer, it.getCoord().x(), it.getCoord().y()))
-                    return false;
-            }
+        const auto near = static_cast<float>(kBesideFront * dx);
+        const auto next = level->layers[layer + 1].phi->getConstUnsafeAccessor();
+        for (auto it = level->layers[layer].phi->cbeginValueOn(); it; ++it) {
+            if (std::abs(*it) > near) continue;
+            float above = 0.0f;  // a node that is not in the next layer's band lies inside it
+            if (!next.probeValue(it.getCoord(), above)) continue;
+            const double film = static_cast<double>(*it - above) / dx;
+            if (film >= least || !counts_at(*level, finer, it.getCoord().x(), it.getCoord().y())) continue;
+            least = film;
+            if (least < kCoveringHollow) return surface::SharpEdges::none;
         }
     }
-    return true;
+    return least < kCovering ? surface::SharpEdges::hollow : surface::SharpEdges::all;
 }
 
 }  // namespace sidewall::levelset

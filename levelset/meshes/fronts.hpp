@@ -1,11 +1,11 @@
 #pragma once
 #include <array>
 #include <cstddef>
-#include <memory>
 #include <vector>
 
 #include "levelset/layers/stack.hpp"
 #include "levelset/openvdb_grid.hpp"
+#include "surface/extraction/marching_cubes.hpp"
 #include "surface/triangle_mesh.hpp"
 
 namespace sidewall::levelset {
@@ -21,7 +21,7 @@ struct GridEdge {
     bool is_one = true;
 };
 
-/// Values of all layers and of their continued fronts (levelset/meshes/continued.hpp). Copies share the grids and keep look-up
+/// Values of all layers and of their continued fronts (continued_fronts in fronts.cpp). Copies share the grids and keep look-up
 /// caches: one a thread.
 /// \pre the stack outlives it and does not change meanwhile.
 class Fronts {
@@ -55,7 +55,8 @@ class Fronts {
     std::vector<Level> levels_;
 };
 
-/// Whether each layer is covered by half a cell of the next at least: materials meet nowhere on the surface, nor below.
-bool are_all_covered(const MaterialStack& stack);
+/// The edges with which a layer's own front is its interface: all where the next layer covers it by half a cell at least, hollow
+/// ones where by a quarter. Under less it may end on the next one's front: none.
+surface::SharpEdges edges_below(const MaterialStack& stack, std::size_t layer);
 
 }  // namespace sidewall::levelset

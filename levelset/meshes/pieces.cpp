@@ -287,7 +287,7 @@ std::vector<std::uint8_t> sealed_off(const TriangleMesh& surface, std::vector<Su
         }
         // From inside a triangle: the top itself may lie on a side, where no surface is met for sure.
         const auto above = scene.closest_hit(triangle_centroid(surface, flattest[piece.top]), Vec3::UnitZ(),
-                                             1e-2 * domain.spacing, std::numeric_limits<double>::infinity());
+                                             1e-2 * domain.spacing, kInfinity);
         if (above) sealed[piece.part] = sealed[part[surface.triangles[above.triangle][0]]];
     }
     std::vector<std::uint8_t> result;

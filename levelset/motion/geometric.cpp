@@ -213,8 +213,7 @@ void mask(MaterialStack& stack, int material, const Shape& pattern, double thick
     const double top = conformal ? highest_front(*film, domain) : highest_front(*film, domain) + thickness;
     if (!conformal) film = plane(domain, top);
     // The pattern's walls end above the film, which keeps its own top.
-    const GridPtr covered =
-        columns(stack, pattern, -std::numeric_limits<double>::infinity(), top, -kOverlap * domain.spacing);
+    const GridPtr covered = columns(stack, pattern, -kInfinity, top, -kOverlap * domain.spacing);
     film = common(domain, *film, *covered);
     keep_out_of_voids(*film, stack);
     begin_film(stack, material);

@@ -78,7 +78,7 @@ class BodyLimits {
         // Without the normal all that is known of a body that etches is the rate of its fastest face: no
         // limit.
         const bool inert = motion_.law.max_etch_rate && motion_.law.max_etch_rate(sample, layer) == 0.0;
-        return inert ? 0.0 : std::numeric_limits<double>::infinity();
+        return inert ? 0.0 : kInfinity;
     }
 
     const MaterialStack& stack_;

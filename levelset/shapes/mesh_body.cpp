@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
+#include "surface/distance.hpp"
 #include "surface/files/mesh_io.hpp"
-#include "surface/signed_distance.hpp"
 #include "surface/topology.hpp"
 #include "surface/winding_number.hpp"
 
@@ -133,7 +133,7 @@ std::vector<MeshPart> bodies_of(const TriangleMesh& mesh) {
     }
     for (const MeshPart& cavity : cavities) {
         MeshPart* around = &below;
-        double least = std::numeric_limits<double>::infinity();
+        double least = kInfinity;
         for (MeshPart& body : bodies)
             if (const double size = body.bounds.size().prod();
                 contains(body.bounds, cavity.bounds) && size < least) {

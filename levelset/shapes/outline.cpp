@@ -52,7 +52,7 @@ std::vector<Polygon> repeated(const std::vector<Polygon>& polygons, const Domain
         const double length = domain.max[a] - domain.min[a];
         std::vector<Polygon> kept;
         for (const Polygon& polygon : result) {
-            double low = std::numeric_limits<double>::infinity(), high = -low;
+            double low = kInfinity, high = -low;
             for (const auto& p : polygon) {
                 low = std::min(low, p[a]);
                 high = std::max(high, p[a]);

@@ -52,7 +52,7 @@ TetQuality measure_tets(const TetMesh& mesh) {
     quality.volume.assign(mesh.regions.size(), 0.0);
     quality.count.assign(mesh.regions.size(), 0);
     quality.least_dihedral_deg = 180.0;
-    quality.shortest_edge = std::numeric_limits<double>::infinity();
+    quality.shortest_edge = kInfinity;
     constexpr double kDegrees = 180.0 / std::numbers::pi;
     double sum = 0.0;
     for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {

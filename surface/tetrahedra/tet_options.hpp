@@ -3,8 +3,8 @@
 #include <functional>
 #include <vector>
 
+#include "surface/distance.hpp"
 #include "surface/error.hpp"
-#include "surface/signed_distance.hpp"
 #include "surface/triangle_mesh.hpp"
 
 namespace sidewall::surface {

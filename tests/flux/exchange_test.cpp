@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "flux/radiosity/method_choice.hpp"
-#include "flux/radiosity/single_flux.hpp"
 #include "surface/error.hpp"
 #include "tests/flux/cavity.hpp"
 #include "tests/flux/extracted.hpp"

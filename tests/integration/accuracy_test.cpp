@@ -88,8 +88,8 @@ TEST_CASE("a run to an accuracy that was killed goes on to the same bars", "[slo
     whole.run(asked);
     run_command(
         killed.path,
-        "true; '" SIDEWALL_PROGRAM "' run recipe.toml -o out " + asked +
-            "</dev/null >log 2>&1 & p=$!; until ls out/accuracy/*/summary.json >/dev/null 2>&1; do sleep 0.02; done; kill -9 $p; wait $p 2>/dev/null");
+        "true; nice -n 19 '" SIDEWALL_PROGRAM "' run recipe.toml -o out " + asked +
+            "</dev/null >log 2>&1 & p=$!; until set -- out/accuracy/*/summary.json; [ -e \"$1\" ]; do :; done; kill -9 $p; wait $p 2>/dev/null");
     CHECK_THAT(killed.run(asked, 2).output, Catch::Contains("--resume"));
     killed.run(asked + "--resume");
     const auto without_seconds = [](json summary) {

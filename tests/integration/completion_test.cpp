@@ -116,7 +116,7 @@ TEST_CASE("a word is completed by what stands there: files, folders, models, met
     CHECK(candidates("models single") == Words{"single_particle"});
     CHECK(candidates("models lay") == Words{"layer"});
     CHECK(candidates("models chem") == Words{"chemistry"});
-    CHECK(candidates("models chemistry cl_") == Words{"cl_ar_si", "cl_si"});
+    CHECK(candidates("models chemistry cl_") == Words{"cl_ar_si", "cl_si", "cl_si_sheath"});
     CHECK(candidates("models layer cl_").empty());
     CHECK(candidates("completion ''") == Words{"bash", "fish", "zsh"});
     CHECK(candidates("run x.toml --qu") == Words{"--quiet"});

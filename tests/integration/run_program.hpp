@@ -36,14 +36,14 @@ inline Outcome run_command(const std::filesystem::path& folder, const std::strin
 /// Runs `sidewall ARGUMENTS` in \p folder under a time limit, which shows as exit code 124; a crash as 128
 /// and more.
 inline Outcome run_program(const std::filesystem::path& folder, const std::string& arguments,
-                           int seconds = 30) {
+                           int seconds = 120) {
     return run_command(folder, "timeout -k 1 " + std::to_string(seconds) + " '" SIDEWALL_PROGRAM "' " +
                                    arguments + " 2>&1 </dev/null");
 }
 
 /// Runs `sidewall ARGUMENTS` in \p folder with a fault of tests/faults/faults.cpp, under a time limit.
 inline Outcome run_with_fault(const std::filesystem::path& folder, const std::string& fault,
-                              const std::string& arguments, int seconds = 30) {
+                              const std::string& arguments, int seconds = 120) {
     return run_command(folder, "SIDEWALL_FAULT='" + fault + "' timeout -k 1 " + std::to_string(seconds) +
                                    " '" SIDEWALL_FAULTS "' " + arguments + " 2>&1 </dev/null");
 }

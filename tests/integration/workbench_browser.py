@@ -38,7 +38,6 @@ rays = 50_000
 cfl = 0.02
 
 [output]
-every = 0.05
 profiles = ["y=0"]
 
 [metrology]
@@ -46,7 +45,14 @@ measures = ["depth", "film"]
 """
 
 
-SMALL = RECIPE.replace("duration = 1.0", "duration = 0.3").replace("cfl = 0.02", "cfl = 0.5").replace("every = 0.05", "every = 0.3")
+SMALL = RECIPE.replace("duration = 1.0", "duration = 0.3").replace("cfl = 0.02", "cfl = 0.5")
+MASKED = SMALL.replace("[[step]]", """[[step]]
+model = "mask"
+material = "Resist"
+thickness = 0.1
+polygons = [{ points = [-0.8, -0.3, 0.8, -0.3, 0.8, 0.3, -0.8, 0.3] }]
+
+[[step]]""")
 
 
 class Browser:
@@ -148,7 +154,8 @@ ROWS = "[...document.querySelectorAll('.runs tbody tr')]"
 
 def put_cursor(page, line, text):
     """Replaces a line of the editor by typing."""
-    page.js(f"{EDITOR}.mirror.focus(); {EDITOR}.mirror.setSelection({{line: {line}, ch: 0}}, {{line: {line}, ch: 1000}})")
+    page.js(f"{EDITOR}.mirror.focus(); {EDITOR}.mirror.setSelection({{line: {line}, ch: 0}}, {{line: {line}, ch: 1000}});"
+            "new Promise((done) => setTimeout(done, 100))")  # until the browser's own selection follows
     page.type(text)
 
 
@@ -170,11 +177,23 @@ def duration_line(text):
 def edit(page, found):
     page.until("Sidewall.viewer && Sidewall.viewer.aspect > 0")
     before = drawn(page)
+    found["highlighted"] = page.js("document.querySelectorAll('.cm-property, .cm-number').length")
+    found["corner"] = page.js("document.querySelector('.pane .view .note:last-child').textContent")
+    found["offered"] = page.js("[...document.querySelectorAll('.bar optgroup')].map((group) => group.children.length)")
     width = next(k for k, line in enumerate(RECIPE.splitlines()) if line.startswith("width"))
     put_cursor(page, width, "wdith = 0.6")
     found["problem"] = page.until("(document.querySelector('.CodeMirror .problem') || {}).textContent")
     found["problem_below"] = page.js("[...document.querySelectorAll('.CodeMirror-code > div')].findIndex("
                                      "(x) => x.querySelector('.problem'))") == width
+    found["at_fault"] = page.js("document.querySelector('.fault').textContent")
+    put_cursor(page, width, "width = 0.6 x")
+    page.until("document.querySelector('.CodeMirror .problem').textContent.includes('not valid TOML')")
+    found["no_toml_at"] = page.js(f"(() => {{ const at = {EDITOR}.fault.find().from; return [at.line, at.ch]; }})()") == [width, 12]
+    put_cursor(page, width, "wi")
+    page.js(f"{EDITOR}.mirror.setCursor({{line: {width}, ch: 2}})")
+    page.key(" ", "Space", 32, CONTROL)
+    found["completed"] = page.until("[...document.querySelectorAll('.CodeMirror-hint b')].map((x) => x.textContent).join()")
+    page.js(f"{EDITOR}.mirror.closeHint(); {EDITOR}.mirror.getInputField().blur(); new Promise((done) => setTimeout(done, 300))")
     put_cursor(page, width, "width = 0.6")
     page.until("!document.querySelector('.CodeMirror .problem')")
     page.until("document.querySelector('.findings').textContent.includes('wall time')")
@@ -187,8 +206,7 @@ def edit(page, found):
 
 
 def run_stop_resume(page, found):
-    page.js("document.activeElement.blur()")
-    page.key("Enter", "Enter", 13, CONTROL)
+    page.js("performance.setResourceTimingBufferSize(10000)")
     state = f"({ROWS}.find((r) => r.textContent.includes('results/trench')) || {{}}).textContent"
     page.until(f"({state} || '').includes('running')")
     frames = set()
@@ -199,13 +217,155 @@ def run_stop_resume(page, found):
             frames.add(label)
         time.sleep(0.1)
     found["frames_while_running"] = sorted(frames)
+    # As the run goes on, the view stays where it was turned to, and the page where it was scrolled to.
+    page.js("Sidewall.viewer.zoom(0.6); window.scrollTo(0, 150)")
+    seen = "[Sidewall.viewer.distance() * Sidewall.viewer.size, scrollY]"
+    found["seen_before"], label = page.js(seen), page.js("document.querySelector('.pane .frame-label').textContent")
+    page.until(f"document.querySelector('.pane .frame-label').textContent !== {json.dumps(label)}")
+    found["seen_after"] = page.js(seen)
+    page.js("window.scrollTo(0, 0)")
+    found["curves_while_running"] = page.js("document.querySelectorAll('.results figure').length")
     press(page, "Stop")
     page.until(f"({state} || '').includes('stopped')")
     found["stopped"] = page.js(state)
+    found["last_alone"] = page.js("fetch('/api/results?run=results/trench&last=1').then((reply) => reply.json())"
+                                  ".then((one) => [one.sections[0].frames[0].label, one.notes.join()])")
     press(page, "Resume")
     page.until(f"({state} || '').includes('finished')", 300)
     page.until("document.querySelectorAll('.results figure').length > 5")
+    found["longest_silence"] = page.js("performance.getEntriesByType('resource').filter((x) => x.name.endsWith('/api/contents'))"
+                                       ".reduce(([most, last], x) => [Math.max(most, x.startTime - last), x.startTime], [0, 0])[0]")
     found["charts"] = page.js("[...document.querySelectorAll('.results figcaption')].map((x) => x.textContent)")
+
+
+def leave(page, found, address, folder):
+    """A page that is closed stops nothing: the run goes on, and a new page shows it."""
+    page.js("document.activeElement.blur()")
+    page.key("Enter", "Enter", 13, CONTROL)
+    page.until("Sidewall.workbench.state.runs.some((r) => r.path === 'results/trench' && r.state === 'running')")
+    page.send("Page.navigate", url="about:blank")
+    page.until("location.href === 'about:blank'")
+    def rows():
+        try:
+            with open(f"{folder}/results/trench/timeline.csv") as file:
+                return len(file.readlines())
+        except FileNotFoundError:  # it has just begun
+            return 0
+
+    before, end = rows(), time.time() + 60
+    while rows() < before + 2 and time.time() < end:
+        time.sleep(0.1)
+    page.send("Page.navigate", url=address)
+    page.until("typeof Sidewall === 'object' && Sidewall.workbench && Sidewall.workbench.state.digest")
+    found["after_leaving"] = page.until("(Sidewall.workbench.state.runs[0] || {}).state")
+    page.js("Sidewall.workbench.show(['results/trench'], true)")
+
+
+def conflict(page, found, folder):
+    """A file that an editor has changed meanwhile: both texts, and the choice between them."""
+    path = f"{folder}/small.toml"
+    page.until("Sidewall.workbench.open('small.toml').then(() => true)")
+    put_cursor(page, 0, "# mine")
+    page.until("Sidewall.workbench.state.dirty")
+    with open(path, "w") as file:
+        file.write(SMALL.replace("# a trench that is filled", "# theirs"))
+    page.key("s", "KeyS", 83, CONTROL)
+    found["conflict"] = page.until("(document.querySelector('.choice pre') || {}).textContent")
+    choose = ("(() => {{ const b = [...document.querySelectorAll('.choice button')].find((x) => x.textContent === '{}');"
+              "if (b) b.click(); return Boolean(b); }})()")
+    page.until(choose.format("Take theirs"))
+    page.until(f"{EDITOR}.text.startsWith('# theirs')")
+    put_cursor(page, 0, "# mine")
+    page.until("Sidewall.workbench.state.dirty")
+    with open(path, "w") as file:
+        file.write(SMALL)
+    page.key("s", "KeyS", 83, CONTROL)
+    page.until(choose.format("Keep mine"))
+    page.until("!Sidewall.workbench.state.dirty")
+    with open(path) as file:
+        found["kept"] = file.readline()
+    # Changed again, it is not run either; the question ends with another recipe.
+    with open(path, "w") as file:
+        file.write(SMALL)
+    press(page, "Run")
+    found["run_refused"] = page.until("(document.querySelector('.choice p') || {}).textContent")
+    page.until("Sidewall.workbench.open('trench.toml').then(() => true)")
+    found["choices_elsewhere"] = page.js("document.querySelectorAll('[role=alertdialog]').length")
+    # Removed, it can be written anew.
+    page.until("Sidewall.workbench.open('small.toml').then(() => true)")
+    put_cursor(page, 0, "# mine")
+    page.until("Sidewall.workbench.state.dirty")
+    os.remove(path)
+    page.key("s", "KeyS", 83, CONTROL)
+    found["removed"] = page.until("(document.querySelector('.choice p') || {}).textContent")
+    page.until(choose.format("Keep mine"))
+    page.until("!Sidewall.workbench.state.dirty")
+    with open(path) as file:
+        found["anew"] = file.readline()
+
+
+def other_files(page, found, folder):
+    """Masks as lines over the wafer, a step of a chemistry, and a file in another encoding."""
+    for name, text in (("masked.toml", MASKED.encode()), ("latin.toml", SMALL.replace("filled", "gef\u00fcllt").encode("latin-1"))):
+        with open(f"{folder}/{name}", "wb") as file:
+            file.write(text)
+    page.until("Sidewall.workbench.open('masked.toml').then(() => true)")
+    found["masks"] = page.until("Sidewall.viewer && Sidewall.viewer.outlines.children.length")
+    page.js("Sidewall.workbench.open('latin.toml').catch((error) => { window.refused = error.message; })")
+    found["latin"] = page.until("window.refused")
+    found["still_open"] = page.js("Sidewall.workbench.state.path")
+    page.until("(() => { const deck = [...document.querySelectorAll('.bar option')].find((o) => o.value.startsWith('c:'));"
+               "if (!deck) return false; const list = document.querySelector('.bar select'); list.value = deck.value;"
+               "list.dispatchEvent(new Event('change')); return true; })()")
+    found["chemistry"] = page.js(f"{EDITOR}.text.includes('chemistry = ')")
+
+
+def sweep(page, found):
+    page.until("Sidewall.workbench.open('small.toml').then(() => true)")
+    line = next(k for k, text in enumerate(SMALL.splitlines()) if text.startswith("sticking"))
+    page.js(f"{EDITOR}.mirror.setCursor({{line: {line}, ch: 0}}); document.querySelector('.study').open = true;"
+            "[...document.querySelectorAll('.study button')].find((b) => b.textContent.startsWith('Number')).click();"
+            "document.querySelector('.study [aria-label=runs]').value = 2;"
+            "[...document.querySelectorAll('.study button')].find((b) => b.textContent === 'Sweep').click()")
+    page.until("Sidewall.workbench.state.runs.some((r) => r.path === 'results/small-sweep' && r.state === 'finished')", 300)
+    found["swept"] = page.until("[...document.querySelectorAll('.results h2')].map((x) => x.textContent).join()")
+
+
+def layout(page, found):
+    """Widths at which nothing lies beyond the page's edge, and its ground in light and dark."""
+    found["widths"], found["grounds"] = [], []
+    for width, height in ((1366, 768), (1180, 820), (820, 1180), (768, 1024)):
+        page.send("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+        end = time.time() + 15  # until the page is drawn anew at this width
+        time.sleep(1)
+        while page.js("document.documentElement.scrollWidth > innerWidth") and time.time() < end:
+            time.sleep(0.2)
+        found["widths"].append(page.js("[document.documentElement.scrollWidth, innerWidth]"))
+    page.send("Emulation.clearDeviceMetricsOverride")
+    for scheme in ("light", "dark"):
+        page.send("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+        found["grounds"].append(page.js("getComputedStyle(document.body).backgroundColor"))
+    page.send("Emulation.setEmulatedMedia", features=[])
+    page.js("document.querySelector('.bar select').focus()")
+    stops = set()
+    for _ in range(14):
+        page.key("Tab", "Tab", 9)
+        stops.add(page.js("document.activeElement.closest('.CodeMirror') ? 'editor' : document.activeElement.textContent.slice(0, 20)"))
+        if page.js("Boolean(document.activeElement.closest('.CodeMirror'))"):
+            page.key("Escape", "Escape", 27)
+    found["stops"] = sorted(stops)
+
+
+def stranger(page, found, address):
+    """What a second browser gets, which has no cookie."""
+    own, page.session = page.session, None
+    context = page.send("Target.createBrowserContext")["browserContextId"]
+    target = page.send("Target.createTarget", url="about:blank", browserContextId=context)["targetId"]
+    page.session = page.send("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+    page.send("Page.navigate", url=address.split("?")[0])
+    found["stranger"] = page.until("(document.body || {}).textContent")
+    found["strangers_status"] = page.js("performance.getEntriesByType('navigation')[0].responseStatus")
+    page.session = own
 
 
 def drop(page, name, text):
@@ -246,7 +406,7 @@ def compare(page, found):
     # A measured profile is dropped on the page.
     drop(page, "measured.csv", "x [nm],z [nm]\n" + "".join(f"{x},100\n" for x in range(-1000, -500, 100)))
     page.until(f"{lines}.includes('measured.csv')")
-    found["dots"] = page.js("document.querySelectorAll('.results figure.shape .series circle').length")
+    found["dots"] = page.until("document.querySelectorAll('.results figure.shape .series circle').length")
 
 
 def main():
@@ -272,15 +432,21 @@ def main():
         page.send("Page.navigate", url=address)
         page.until("typeof Sidewall === 'object' && Sidewall.workbench && Sidewall.workbench.state.digest")
         edit(page, found)
+        leave(page, found, address, folder)
         run_stop_resume(page, found)
         compare(page, found)
         fit(page, found, folder)
+        sweep(page, found)
+        conflict(page, found, folder)
+        other_files(page, found, folder)
+        layout(page, found)
+        found["errors"] = page.errors() + page.js("Sidewall.errors")
+        stranger(page, found, address)
         found["address_bar"] = page.js("location.href")
         found["width"] = page.js("[document.documentElement.scrollWidth, innerWidth]")
         found["elsewhere"] = page.js("performance.getEntriesByType('resource').map((x) => x.name)"
                                      ".filter((x) => !x.startsWith(location.origin + '/api/'))")
         found["memory_kb"] = int(re.search(r"VmHWM:\s+(\d+)", open(f"/proc/{server.pid}/status").read())[1])
-        found["errors"] = page.errors() + page.js("Sidewall.errors")
         if len(sys.argv) > 3:
             page.picture(sys.argv[3])
         server.send_signal(2)

@@ -5,6 +5,8 @@ A run outlives a server that is killed, another server shows and stops it, and t
 """
 import json
 import os
+import random
+import socket
 import subprocess
 import sys
 import time
@@ -37,6 +39,23 @@ class Server:
             time.sleep(0.05)
 
 
+def damaged(server, count):
+    """Requests with some bytes changed, each on a connection of its own; how many got an answer."""
+    port, answered = int(server.base.rsplit(":", 1)[1]), 0
+    good = (f"POST /api/stop HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nCookie: {server.cookie}\r\nContent-Length: 17\r\n\r\n"
+            '{"run":"nowhere"}').encode()
+    chance = random.Random(1)
+    for _ in range(count):
+        request = bytearray(good)
+        for _ in range(chance.randint(1, 8)):
+            request[chance.randrange(len(request))] = chance.randrange(256)
+        with socket.create_connection(("127.0.0.1", port), 20) as client:
+            client.sendall(request)
+            client.shutdown(socket.SHUT_WR)
+            answered += bool(client.recv(12))
+    return answered
+
+
 def rows(folder):
     try:
         with open(f"{folder}/results/one/timeline.csv") as file:
@@ -56,6 +75,7 @@ def main():
         server.process.wait()
         server = Server(program, folder)
         found["after_kill"] = server.run()["state"]
+        found["damaged_answered"] = damaged(server, 1000)
         before = rows(folder)
         while rows(folder) < before + 2 and time.time() < started + 60:
             time.sleep(0.05)
@@ -72,7 +92,7 @@ def main():
         end = time.time() + 30
         while time.time() < end:
             log = server.ask("/api/log?run=" + urllib.parse.quote("results/one"))["text"]
-            if "sidewall: " in log:  # notes come first
+            if log.count("sidewall: ") > 1:  # the first is of the run that was stopped
                 break
             time.sleep(0.05)
         found["log"] = log

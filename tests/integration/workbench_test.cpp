@@ -39,7 +39,7 @@ duration = 2.0
 rate = 0.1
 deposit = "SiO2"
 [advection]
-cfl = 0.02
+cfl = 0.005
 )";
 
 }  // namespace
@@ -59,17 +59,48 @@ TEST_CASE(
     CHECK(page["errors"].empty());
     CHECK(page["problem"].get<std::string>().find("did you mean width?") != std::string::npos);
     CHECK(page["problem_below"] == true);
+    CHECK(page["at_fault"] == "wdith");
+    CHECK(page["no_toml_at"] == true);
+    CHECK(page["completed"].get<std::string>().find("width") != std::string::npos);
+    CHECK(page["highlighted"] > 20);
+    CHECK(page["corner"].get<std::string>().find("grid") != std::string::npos);
+    CHECK(page["offered"][1] > 20);  // recipes that came with the program,
+    CHECK(page["offered"][2] > 20);  // and chemistries
     CHECK(page["wafer_changed"] == true);
     CHECK(page["findings"].get<std::string>().find("Blanket rates") != std::string::npos);
     CHECK(page["help"].get<std::string>().find("step[0].duration") != std::string::npos);
+    CHECK(page["after_leaving"] == "running");
     CHECK(page["frames_while_running"].size() >= 3);
+    CHECK(page["seen_after"][0] == Approx(page["seen_before"][0].get<double>()).epsilon(0.01));
+    CHECK(page["seen_after"][1] == page["seen_before"][1]);
+    CHECK(page["curves_while_running"] > 2);
     CHECK(page["charts"].size() > 5);
+    const auto label = page["last_alone"][0].get<std::string>();  // "t = 0.4 s", of the checkpoint
+    CHECK(label != "t = 0 s");
+    CHECK(page["last_alone"][1].get<std::string>().find(" time " + label.substr(4, label.rfind(' ') - 4) +
+                                                        " alone") != std::string::npos);
     CHECK(holds(page["compared"], "results/trench"));
     CHECK(holds(page["compared"], "results/trench-2"));
     CHECK(holds(page["differs"], "step[0].duration"));
     CHECK(page["dots"] >= 5);
     CHECK(page["fitted"][0] == "step[0].sticking");
     CHECK(page["fitted"][1] == Approx(0.5).margin(0.05));  // in the recipe that made the profile
+    CHECK(page["swept"].get<std::string>().find("Response curves") != std::string::npos);
+    CHECK(page["conflict"] == "- # theirs\n+ # mine\n");
+    CHECK(page["kept"] == "# mine\n");
+    CHECK(page["run_refused"].get<std::string>().find("small.toml has changed on the disk") == 0);
+    CHECK(page["choices_elsewhere"] == 0);
+    CHECK(page["removed"].get<std::string>().find("removed") != std::string::npos);
+    CHECK(page["anew"] == "# mine\n");
+    CHECK(page["longest_silence"] < 20'000);  // ms, the drawing of a report among them
+    CHECK(page["masks"] == 1);
+    CHECK(page["latin"].get<std::string>().find("UTF-8") != std::string::npos);
+    CHECK(page["still_open"] == "masked.toml");
+    CHECK(page["chemistry"] == true);
+    for (const Json& width : page["widths"]) CHECK(width[0] <= width[1]);
+    CHECK(page["grounds"][0] != page["grounds"][1]);
+    CHECK(page["stops"].size() > 6);
+    CHECK(page["strangers_status"] == 403);
     CHECK(page["address_bar"].get<std::string>().find("key") == std::string::npos);
     CHECK(page["width"][0] <= page["width"][1]);
     CHECK(page["elsewhere"].empty());
@@ -87,13 +118,14 @@ TEST_CASE("a run outlives the workbench that started it, and page and command li
     REQUIRE(outcome.exit_code == 0);
     const Json runs = Json::parse(outcome.output);
     CHECK(runs["after_kill"] == "running");
+    CHECK(runs["damaged_answered"] > 300);  // the others are dropped
     CHECK(runs["went_on"] == true);
     CHECK(runs["asked"] == true);
     CHECK(runs["checkpoint"] == true);
     CHECK(runs["asked_again"] == false);
     CHECK(runs["resumed"] == 0);
     CHECK(runs["at_last"] == "finished");
-    CHECK(runs["log"].get<std::string>().find("sidewall: ") != std::string::npos);
+    CHECK(runs["log"].get<std::string>().find("--overwrite") != std::string::npos);
     CHECK(runs["wrong_line"] == 1);
     CHECK(runs["exit_code"] == 0);
 }

@@ -11,7 +11,6 @@
 #include <random>
 #include <string>
 
-#include "levelset/layers/sealed_file.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"

@@ -5,7 +5,7 @@
 #include <limits>
 #include <optional>
 
-#include "surface/signed_distance.hpp"
+#include "surface/distance.hpp"
 #include "surface/topology.hpp"
 #include "tests/levelset/grids.hpp"
 

@@ -1,4 +1,4 @@
-#include "surface/signed_distance.hpp"
+#include "surface/distance.hpp"
 
 #include <catch2/catch.hpp>
 

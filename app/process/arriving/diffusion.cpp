@@ -47,25 +47,25 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> rim(const TriangleMesh& mes
 // Vertices at max across an axis, each as a point of the edge that lies opposite at min.
 std::map<std::uint32_t, Terms> followers(const TriangleMesh& mesh,
                                          const std::vector<std::pair<std::uint32_t, std::uint32_t>>& edges,
-                                         const PeriodicSides& sides, std::size_t axis) {
+                                         const flux::LateralBox& box, std::size_t axis) {
     std::map<std::uint32_t, Terms> result;
-    if (!sides.periodic[axis]) return result;
+    if (box.boundary[axis] != flux::Boundary::periodic) return result;
     const auto a = static_cast<Eigen::Index>(axis);
-    const double extent = sides.max[axis] - sides.min[axis];
+    const double extent = box.max[axis] - box.min[axis];
     const auto on = [&](std::uint32_t v, double side) {
         return std::abs(mesh.vertices[v][a] - side) <= kOnSide * extent;
     };
     std::vector<std::pair<std::uint32_t, std::uint32_t>> opposite;
     std::vector<std::uint32_t> at_max;
     for (const auto& [v, w] : edges) {
-        if (on(v, sides.min[axis]) && on(w, sides.min[axis])) opposite.emplace_back(v, w);
-        if (on(v, sides.max[axis]) && on(w, sides.max[axis])) at_max.insert(at_max.end(), {v, w});
+        if (on(v, box.min[axis]) && on(w, box.min[axis])) opposite.emplace_back(v, w);
+        if (on(v, box.max[axis]) && on(w, box.max[axis])) at_max.insert(at_max.end(), {v, w});
     }
     for (const std::uint32_t v : at_max) {
         if (result.contains(v)) continue;
         Vec3 point = mesh.vertices[v];
-        point[a] = sides.min[axis];
-        double nearest = std::numeric_limits<double>::infinity();
+        point[a] = box.min[axis];
+        double nearest = kInfinity;
         Terms terms;
         for (const auto& [p, q] : opposite) {
             const Vec3 along = mesh.vertices[q] - mesh.vertices[p];
@@ -103,15 +103,15 @@ Terms resolved(std::uint32_t vertex, const std::array<std::map<std::uint32_t, Te
 
 // Numbers the nodes and says how vertices follow from them. \returns how many nodes there are.
 std::size_t number_nodes(const TriangleMesh& mesh, std::span<const double> diffusivity,
-                         const PeriodicSides& sides, DiffusionElements& elements) {
+                         const flux::LateralBox& box, DiffusionElements& elements) {
     std::vector<std::uint8_t> used(mesh.vertices.size(), 0);
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
         if (diffusivity[t] > 0.0)
             for (const std::uint32_t v : mesh.triangles[t]) used[v] = 1;
     std::array<std::map<std::uint32_t, Terms>, 2> follow;
-    if (sides.periodic[0] || sides.periodic[1]) {
+    if (std::ranges::count(box.boundary, flux::Boundary::periodic) > 0) {
         const auto edges = rim(mesh, diffusivity);
-        for (std::size_t axis = 0; axis < 2; ++axis) follow[axis] = followers(mesh, edges, sides, axis);
+        for (std::size_t axis = 0; axis < 2; ++axis) follow[axis] = followers(mesh, edges, box, axis);
     }
     std::vector<std::uint32_t> number(mesh.vertices.size(), kNone);
     std::uint32_t nodes = 0;
@@ -162,11 +162,11 @@ void repair(const Vector& mass, double total, double low, double high, Vector& v
 }  // namespace
 
 DiffusionElements diffusion_elements(const TriangleMesh& mesh, std::span<const double> diffusivity,
-                                     const PeriodicSides& sides) {
+                                     const flux::LateralBox& box) {
     if (diffusivity.size() != mesh.triangles.size())
         throw GeometryError("diffusion along a surface needs a coefficient for every triangle");
     DiffusionElements elements;
-    const std::size_t nodes = number_nodes(mesh, diffusivity, sides, elements);
+    const std::size_t nodes = number_nodes(mesh, diffusivity, box, elements);
     elements.area.assign(nodes, 0.0);
     std::vector<Eigen::Triplet<double>> entries;
     double all = 0.0;

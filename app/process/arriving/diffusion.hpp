@@ -1,20 +1,14 @@
 #pragma once
 #include <Eigen/SparseCore>
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "flux/lateral.hpp"
 #include "surface/triangle_mesh.hpp"
 
 // Diffusion along a surface, by linear finite elements on its triangles.
 namespace sidewall::app {
-
-/// Sides that are one: what leaves at max enters at min.
-struct PeriodicSides {
-    std::array<bool, 2> periodic{};  ///< across x, y
-    std::array<double, 2> min{}, max{};
-};
 
 /// The elements of d c/dt = div(D grad c) on a surface: nodes are the vertices that diffusing triangles have, those of a
 /// periodic side left out, which follow from the opposite side's edges.
@@ -31,10 +25,11 @@ struct DiffusionElements {
 };
 
 /// \param diffusivity  D of every triangle, at least 0, length^2/time; triangles with 0 take no part.
+/// \param box  whose periodic sides are one: what leaves at one end enters at the other.
 /// \throws GeometryError if \p diffusivity has another length than the triangles.
 /// \note O(n) but for the periodic sides, whose vertices are each compared with all edges of the opposite side.
 DiffusionElements diffusion_elements(const TriangleMesh& mesh, std::span<const double> diffusivity,
-                                     const PeriodicSides& sides = {});
+                                     const flux::LateralBox& box = {});
 
 /// The values of all nodes after \p time of d c/dt = source - decay c + div(D grad c), by one step of backward Euler with
 /// lumped masses: first order in time, second in the size of triangles, stable for any \p time.

@@ -306,24 +306,18 @@ levelset::Motion motion_of_level(const Model& model, const levelset::MaterialSta
     return {std::move(extension), std::move(law)};
 }
 
-// \param left_out  as of levelset::extend.
-levelset::Motion motion_of_levels(const Model& model, const levelset::MaterialStack& stack,
-                                  const TracedSurface& surface, Timing& timing, bool everywhere,
-                                  const levelset::LevelColumns* left_out) {
+}  // namespace
+
+levelset::Motion surface_motion(const Model& model, const levelset::MaterialStack& stack,
+                                const TracedSurface& surface, Timing& timing, bool everywhere,
+                                const levelset::LevelColumns* left_out) {
     levelset::Motion motion = motion_of_level(model, stack, surface, timing, left_out);
     if (!stack.coarser) return motion;
     levelset::LevelColumns deep;
     if (!everywhere) deep = levelset::deep_columns(stack);
     motion.coarser = std::make_shared<const levelset::Motion>(
-        motion_of_levels(model, *stack.coarser, surface, timing, everywhere, everywhere ? nullptr : &deep));
+        surface_motion(model, *stack.coarser, surface, timing, everywhere, everywhere ? nullptr : &deep));
     return motion;
-}
-
-}  // namespace
-
-levelset::Motion surface_motion(const Model& model, const levelset::MaterialStack& stack,
-                                const TracedSurface& surface, Timing& timing, bool everywhere) {
-    return motion_of_levels(model, stack, surface, timing, everywhere, nullptr);
 }
 
 void interpolate(const SurfaceFlux& arriving, std::uint32_t triangle, double u, double v,

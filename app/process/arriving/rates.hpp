@@ -13,8 +13,10 @@ namespace sidewall::app {
 /// shape in steps without particles.
 /// \param everywhere  coarser levels have speeds also where they do not move (levelset::deep_columns), for
 ///                    columns_of_speed to see.
+/// \param left_out    as of levelset::extend.
 levelset::Motion surface_motion(const Model& model, const levelset::MaterialStack& stack,
-                                const TracedSurface& surface, Timing& timing, bool everywhere = true);
+                                const TracedSurface& surface, Timing& timing, bool everywhere = true,
+                                const levelset::LevelColumns* left_out = nullptr);
 
 /// Fluxes and coverages at a point of a triangle, barycentric weights \p u and \p v: first all tallies, then
 /// all coverages.

@@ -182,8 +182,7 @@ void simplify(const Recipe& recipe, const Model& model, const levelset::Material
 std::vector<double> resolving_lengths(const SurfaceField& carried, const TriangleMesh& mesh, double change,
                                       double spacing) {
     std::vector<double> lengths = carry(carried, {kFluxGradient}, mesh.vertices).front();
-    for (double& length : lengths)
-        length = length > 0.0 ? std::max(spacing, change / length) : std::numeric_limits<double>::infinity();
+    for (double& length : lengths) length = length > 0.0 ? std::max(spacing, change / length) : kInfinity;
     return lengths;
 }
 

@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 
+#include "app/models/geometric_steps.hpp"
 #include "app/models/model.hpp"
 #include "app/recipe/figure_names.hpp"
 #include "app/recipe/notes.hpp"
@@ -16,8 +17,6 @@
 
 namespace sidewall::app {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Every tally of every species on a flat wafer, and the scales of those that depend on the material.
 struct FlatFluxes {
@@ -151,40 +150,47 @@ class StopCheck {
   public:
     explicit StopCheck(const Recipe& recipe) : recipe_(recipe), lowest_(lowest_at_start(recipe)) {
         for (const StepMaterials& here : materials_by_step(recipe)) materials_.emplace(here.step, here);
-        through(recipe.steps, {});
+        through(recipe.steps, {}, "step");
     }
 
     std::vector<std::string> notes;
 
   private:
-    Reach through(const std::vector<Step>& steps, const Reach& before) {
+    Reach through(const std::vector<Step>& steps, const Reach& before, const std::string& list) {
         Reach all;
-        for (const Step& step : steps) {
+        for (std::size_t k = 0; k < steps.size(); ++k) {
+            const Step& step = steps[k];
+            const std::string path = fmt::format("{}[{}]", list, k);
             Reach so_far = before;
             so_far += all;
-            all += step.steps.empty() ? meet(step, so_far) : rounds(step, so_far);
+            all += step.steps.empty() ? meet(step, so_far, path) : rounds(step, so_far, path);
         }
         return all;
     }
 
     // A loop's steps may have all its other rounds before them.
-    Reach rounds(const Step& loop, Reach before) {
+    Reach rounds(const Step& loop, Reach before, const std::string& path) {
         std::vector<std::string> kept = std::move(notes);
         notes.clear();
-        const Reach one = through(loop.steps, before);
+        const Reach one = through(loop.steps, before, path + ".steps");
         const auto more = static_cast<double>(loop.repeat - 1);
         const Reach others = loop.repeat > 1 ? Reach{more * one.etched, more * one.grown} : Reach{};
         before += others;
         notes = std::move(kept);
-        Reach all = through(loop.steps, before);
+        Reach all = through(loop.steps, before, path + ".steps");
         all += others;
         return all;
     }
 
-    Reach meet(const Step& step, const Reach& before) {
+    Reach meet(const Step& step, const Reach& before, const std::string& path) {
         const auto at = materials_.find(&step);
-        if (at == materials_.end())  // takes no time: masks alone leave the floor where it was
+        if (at == materials_.end()) {  // takes no time: masks alone leave the floor where it was
+            const double lowest = lowest_ - before.etched;
+            if (step.model == "fill" && geometric_step(step.parameters)->height <= lowest)
+                notes.push_back(fmt::format(
+                    "{}.height fills nothing: no place of the wafer lies below z = {:.3g}", path, lowest));
             return step.model == "mask" ? Reach{} : Reach{kInfinity, kInfinity};
+        }
         Reach reach = most_of(at->second);
         reach.etched *= step.duration;
         reach.grown *= step.duration;
@@ -216,8 +222,11 @@ class StopCheck {
         if (step.stop_thickness && step.built->deposit && !is_layer(*step.built->deposit))
             note_film(here, "stop_thickness", *step.stop_thickness, end.grown);
         const auto bare = bare_rule(recipe_, step);
-        if (bare && !etches(here))
-            add(here, step.stop.empty() ? "stop_material" : "stop", "nothing is etched on an open wafer");
+        if (bare && !etches_another(here, bare->bare))
+            notes.push_back(fmt::format(
+                "{}.{} ends the step at once or never: nothing that could cover {} is etched on an open wafer",
+                here.path, step.stop.empty() ? "stop_material" : "stop",
+                recipe_.materials[static_cast<std::size_t>(bare->bare)].name));
         if (bare || step.stop.empty()) return;
         const StopRule rule = stop_rule(recipe_, step.stop);
         if (rule.figure == "depth" && rule.above)
@@ -227,10 +236,11 @@ class StopCheck {
             note_film(here, "stop", rule.value, end.grown);
     }
 
-    static bool etches(const StepMaterials& here) {
+    static bool etches_another(const StepMaterials& here, int material) {
         const std::vector<BlanketRate> rates = blanket_rates(here);
-        return std::ranges::any_of(
-            rates, [](const BlanketRate& at) { return at.rate < 0.0 || !at.unknown.empty(); });
+        return std::ranges::any_of(rates, [&](const BlanketRate& at) {
+            return at.material != material && (at.rate < 0.0 || !at.unknown.empty());
+        });
     }
 
     bool is_layer(int material) const {
@@ -294,6 +304,14 @@ std::vector<BlanketRate> blanket_rates(const StepMaterials& here) {
         }
     }
     return rates;
+}
+
+double fastest_blanket(const Recipe& recipe, const Step& step) {
+    double fastest = 0.0;
+    for (const StepMaterials& here : materials_by_step(recipe))
+        if (here.step->built == step.built)
+            for (const BlanketRate& at : blanket_rates(here)) fastest = std::max(fastest, std::abs(at.rate));
+    return fastest;
 }
 
 std::string blanket_table(const Recipe& recipe) {

@@ -20,8 +20,11 @@ struct BlanketRate {
 /// the step's duration leaves them, those of pulses as one pulse does.
 std::vector<BlanketRate> blanket_rates(const StepMaterials& here);
 
+/// The largest |V| of a flat wafer of any material that the step meets.
+double fastest_blanket(const Recipe& recipe, const Step& step);
+
 /// Notes on the stop conditions that no step can meet in its duration: depths and films beyond what blanket rates reach, and
-/// bare floors where nothing is etched. Silent about steps whose surfaces may move faster than an open wafer's.
+/// bare floors where nothing that could cover them is etched; and fills below all that the steps before reach. Silent about steps whose surfaces may move faster than an open wafer's.
 std::vector<std::string> unmet_stops(const Recipe& recipe);
 
 /// All that a user should know of a recipe before it runs: notes_on and unmet_stops.

@@ -13,6 +13,7 @@
 #include "app/process/arriving/flux_methods.hpp"
 #include "app/process/arriving/rates.hpp"
 #include "app/process/arriving/surface_field.hpp"
+#include "app/process/arriving/traced_mesh.hpp"
 #include "app/process/endpoint.hpp"
 #include "app/process/estimate/blanket.hpp"
 #include "app/process/estimate/memory.hpp"
@@ -27,6 +28,7 @@
 #include "flux/radiosity/exchange.hpp"
 #include "levelset/layers/levels.hpp"
 #include "levelset/meshes/extract.hpp"
+#include "levelset/meshes/pieces.hpp"
 #include "surface/files/vtp.hpp"
 
 namespace sidewall::app {
@@ -91,6 +93,17 @@ double seconds_to_save(const Model& model, const levelset::MaterialStack& stack,
     return files / static_cast<double>(layers) * (extracted - start) + files * (now() - extracted);
 }
 
+// Seconds of what a run does with the wafer at the end of every step besides saving it: its pieces, figures
+// and volumes.
+double seconds_to_close(const Recipe& recipe, const levelset::MaterialStack& stack) {
+    const double start = now();
+    const TriangleMesh surface = levelset::extract_surface(stack);
+    levelset::surface_pieces(surface, stack.domain);
+    measure(recipe, stack, surface);
+    layer_volumes(stack);
+    return now() - start;
+}
+
 // The largest |V| of every material on the wafer, buried ones included, as an etch will reach them; at least
 // \p at_first. Films of earlier steps, which no time step has grown here, count everywhere, the step's own
 // one where it grows.
@@ -127,15 +140,6 @@ double speed_to_stop(const Step& step, const levelset::MaterialStack& stack, con
             speed = std::max(
                 speed, std::abs(motion.law.speed(n, exposed(stack, motion.extension, n), Vec3::UnitZ())));
     return speed;
-}
-
-// The largest |V| of a flat wafer of any material that the step meets.
-double fastest_blanket(const Recipe& recipe, const Step& step) {
-    double fastest = 0.0;
-    for (const StepMaterials& here : materials_by_step(recipe))
-        if (here.step->built == step.built)
-            for (const BlanketRate& at : blanket_rates(here)) fastest = std::max(fastest, std::abs(at.rate));
-    return fastest;
 }
 
 // Measures the narrowest opening of the wafer before the first step, between a quarter and three quarters of
@@ -190,6 +194,7 @@ void count_step(Estimation& e, const Step& step, double times) {
                                            to_stop > 0.0 ? to_stop : StopDistance().left);
     measure(e.measured, e.state.stack, pilot.surface.raw);
     double moving = now() - start;
+    const double closing = seconds_to_close(e.measured, e.state.stack);
     const double fastest = fastest_speed(model, e.state.stack, motion, next.speed);
     const double towards = speed_to_stop(step, e.state.stack, motion, fastest);
     const auto lasts = [&](double speed) {
@@ -216,10 +221,13 @@ void count_step(Estimation& e, const Step& step, double times) {
     const auto traces_in = [&](double steps) {
         return steps * stages * pilot.later + pilot.at_start - pilot.later;
     };
+    constexpr double kLater =
+        1.2;  // time steps take longer than the first as features deepen: the median of configs/quick
     const auto seconds_of = [&](double lasting, double steps) {
         const double saves = e.recipe.output.every ? lasting / *e.recipe.output.every : 1.0;
-        return times * (traces_in(steps) * pilot.seconds +
-                        e.cells * (steps * (moving + stages * pilot.reducing) + saves * saving));
+        return kLater * times *
+               (traces_in(steps) * pilot.seconds +
+                e.cells * (steps * (moving + stages * pilot.reducing) + saves * saving + closing));
     };
     const double steps = count(duration, fastest);
     e.total.time_steps += times * steps;
@@ -242,7 +250,11 @@ void count_reshaping(Estimation& e, const Step& step, double times) {
     }
     const double start = now();
     reshape(e.measured, step, e.state.stack);
-    const double seconds = times * e.cells * (now() - start);
+    double once = now() - start + seconds_to_close(e.measured, e.state.stack);
+    Timing timing;
+    if (!e.recipe.output.every)
+        once += seconds_to_save(still_model(), e.state.stack, extract(e.state.stack, 0.0, timing));
+    const double seconds = times * e.cells * once;
     for (double* total : {&e.total.seconds, &e.total.least_seconds, &e.total.most_seconds}) *total += seconds;
 }
 
@@ -309,9 +321,10 @@ Estimate estimate_run(const Recipe& recipe, double effort, double most_building)
             *figure *= whole;
     }
     e.total.rays += e.last_rays;
-    constexpr double kScatter = 2.0;  // nine in ten of the recipes in configs are within
-    const double around =
-        2.0 * e.total.building + e.last_seconds;  // the summary compares with the first wafer
+    constexpr double kScatter = 2.0;        // nine in ten of the recipes in configs are within
+    constexpr double kProgramStart = 0.03;  // seconds
+    // The summary compares with the first wafer.
+    const double around = kProgramStart + 2.0 * e.total.building + e.last_seconds;
     e.total.seconds += around;
     e.total.least_seconds = (e.total.least_seconds + around) / kScatter;
     e.total.most_seconds = kScatter * (e.total.most_seconds + around);

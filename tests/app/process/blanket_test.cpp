@@ -139,8 +139,16 @@ TEST_CASE("a stop that no step can meet in its duration is noted, and one that i
     CHECK(notes(etch + "stop = \"depth > 1\"\n" + metrology + "mask_bottom = 0.5\n").empty());
     CHECK(notes(etch + "stop = \"depth < 1\"\n" + metrology).empty());
     CHECK_THAT(notes(grow + "stop_depth = 1.0\n"), Contains("reach a depth of 0 um at most"));
-    CHECK_THAT(notes(grow + "stop = \"bare(Si) > 0.9\"\n"),
-               Contains("step[0].stop never ends the step: nothing is etched on an open wafer"));
+    CHECK_THAT(
+        notes(grow + "stop = \"bare(Si) > 0.9\"\n"),
+        Contains("step[0].stop ends the step at once or never: nothing that could cover Si is etched"));
+    CHECK_THAT(notes("model = \"isotropic\"\nrate = { Si = -0.3 }\nstop = \"bare(Si) > 0.9\"\n"),
+               Contains("nothing that could cover Si is etched"));
+    const auto fill = [&](const char* height) {
+        return notes(etch + "[[step]]\nmodel = \"fill\"\nmaterial = \"W\"\nheight = " + height + "\n");
+    };
+    CHECK(fill("-0.7") == "step[1].height fills nothing: no place of the wafer lies below z = -0.6\n");
+    CHECK(fill("-0.5").empty());
     CHECK(notes(etch + "stop_material = \"Si\"\n").empty());
     CHECK_THAT(notes(grow + "stop_thickness = 0.4\n"), Contains("grow 0.2 um at most"));
     CHECK_THAT(notes(grow + "stop = \"film_top > 0.4\"\n" + metrology), Contains("grow 0.2 um at most"));

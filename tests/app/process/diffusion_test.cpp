@@ -195,7 +195,8 @@ TEST_CASE("periodic sides are one, also where their vertices do not match") {
         if (std::abs(std::abs(p.x()) - 1.0) < 1e-9 && std::abs(p.y()) < 0.99)
             p.y() += 0.01 * std::sin((p.x() > 0.0 ? 5.0 : 3.0) * kPi * p.y());
     const auto wave = [&](const Vec3& p) { return std::sin(k * p.x()); };  // steep at the sides
-    const PeriodicSides sides{{true, true}, {-1.0, -1.0}, {1.0, 1.0}};
+    const flux::LateralBox sides{
+        {-1.0, -1.0}, {1.0, 1.0}, {flux::Boundary::periodic, flux::Boundary::periodic}};
     const DiffusionElements elements = diffusion_elements(mesh, everywhere(mesh, d), sides);
     CHECK(elements.area.size() == 30 * 30);
     const std::vector<double> before = at_nodes(mesh, elements, wave);

@@ -6,6 +6,9 @@
 #include <fstream>
 #include <set>
 
+#include "app/common/json.hpp"
+#include "app/evaluation/validate_chart.hpp"
+#include "app/fit/fit_profile.hpp"
 #include "app/process/estimate/blanket.hpp"
 #include "app/process/simulation.hpp"
 #include "app/process/state.hpp"
@@ -119,9 +122,39 @@ TEST_CASE("every deck's blanket rates and selectivities lie within the bars of i
     }
 }
 
+// What a deck makes of an opening 1 um wide in a mask 0.3 um thick, or of a trench 1.5 um deep: the surface
+// before and after a step that takes 0.5 um from a flat wafer, or brings 0.25.
+std::string picture_of(const Deck& deck) {
+    const toml::table& row = *deck.tables["expected"].as_array()->get(0)->as_table();
+    const std::string material = row["material"].value<std::string>().value();
+    const bool grows = row["rate"].value<double>().value() > 0.0;
+    const auto recipe = [&](double duration) {
+        return parse_recipe(
+            fmt::format("[domain]\nextent = [3.0]\ngrid_spacing = 0.05\n[[layer]]\nmaterial = \"{}\"\n{}"
+                        "[[step]]\nchemistry = \"{}\"\nduration = {:.6e}\n",
+                        grows ? "Si" : material,
+                        grows ? "shape = \"trench\"\nwidth = 1.0\ndepth = 1.5\n"
+                              : "[[layer]]\nmaterial = \"Mask\"\nshape = \"trench\"\nthickness = 0.3\n"
+                                "width = 1.0\n",
+                        deck.file.string(), duration),
+            "picture.toml");
+    };
+    const Recipe whole = recipe((grows ? 0.25 : 0.5) / std::abs(rate_on(recipe(1.0), material)));
+    const test::Folder folder;
+    run_recipe(whole, {.output = folder.path, .quiet = true});
+    const MeasuredProfile frame{.name = "", .points = {{-1.5, grows ? -1.6 : -1.0}, {1.5, 0.5}}};
+    Json chart = chart_of_profile(contour_of(folder.path, whole, {}), frame, "um");
+    const Json before = chart_of_profile(contour_of(folder.path, whole, 0.0), frame, "um");
+    chart["title"] = deck.name;
+    chart["series"][0]["name"] = "after";
+    chart["series"][1] = {{"name", "before"}, {"points", before["series"][0]["points"]}};
+    return chart_svg(chart);
+}
+
 // The guide's part about a deck.
 std::string section_of(const Deck& deck) {
     std::string text = fmt::format("## {}\n\n{}. Model `{}`.\n\n", deck.name, deck.title, deck.model);
+    text += fmt::format("![{0}](chemistry/{0}.svg)\n\n", deck.name);
     for (const std::string& source : deck.sources) text += fmt::format("- {}\n", source);
     if (const toml::table* ranges = deck.tables["range"].as_table()) {
         std::string list;
@@ -145,8 +178,15 @@ TEST_CASE("the guide's page of chemistries holds what the decks say and give") {
     const std::size_t at = written.find(mark);
     REQUIRE(at != std::string::npos);
     std::string text = written.substr(0, at) + mark;
-    for (const Deck& deck : shipped_decks()) text += "\n" + section_of(deck);
-    if (std::getenv("SIDEWALL_WRITE_DOCS") != nullptr) std::ofstream(page) << text;
+    const bool write = std::getenv("SIDEWALL_WRITE_DOCS") != nullptr;
+    for (const Deck& deck : shipped_decks()) {
+        const std::filesystem::path picture =
+            page.parent_path() / "chemistry" / fmt::format("{}.svg", deck.name);
+        if (write) std::ofstream(picture) << picture_of(deck);
+        text += "\n" + section_of(deck);
+        CHECK_THAT(surface::read_whole_file(picture), Contains("<title>" + deck.name + "</title>"));
+    }
+    if (write) std::ofstream(page) << text;
     CHECK(surface::read_whole_file(page) == text);
 }
 

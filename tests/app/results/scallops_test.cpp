@@ -119,6 +119,13 @@ TEST_CASE("a note tells that cycles times the pitch are not the depth") {
     CHECK(scallop_note(recipe, Json{{"scallop_pitch", 0.226}, {"depth", 3.94}})
               .find("10 cycles of 0.226 um are 2.26 um") != std::string::npos);
     CHECK(scallop_note(recipe, Json{{"scallop_pitch", nullptr}, {"depth", 3.94}}).empty());
+    // Of 10 cycles down to 3.9 each is 0.39 high: 7.8 cells of 0.05, whether or not any scallop is seen.
+    recipe.domain.grid_spacing = 0.05;
+    for (const Json& pitch : {Json(0.39), Json(nullptr)})
+        CHECK(scallop_note(recipe, Json{{"scallop_pitch", pitch}, {"depth", 3.9}}).find("have 7.8 cells") !=
+              std::string::npos);
+    recipe.domain.grid_spacing = 0.04;
+    CHECK(scallop_note(recipe, Json{{"scallop_pitch", 0.39}, {"depth", 3.9}}).empty());
     recipe.steps[0].steps.clear();
     CHECK(scallop_note(recipe, Json{{"scallop_pitch", 0.226}, {"depth", 3.94}}).empty());
 }

@@ -151,6 +151,15 @@ TEST_CASE("a request that is too large is refused before it is read", "[foreign]
     CHECK(status(answer(server.port, server.request("/"))) == 200);
 }
 
+TEST_CASE("a request that is refused is answered before its body has come", "[foreign]") {
+    const Server server;
+    const std::string announced = "Content-Length: 3000000\r\n";
+    CHECK(status(answer(server.port, server.request("/api/save", announced, "", "none"))) == 403);
+    CHECK(status(answer(server.port, server.request("/api/save", announced, "evil.example"))) == 403);
+    CHECK(status(answer(server.port, server.request("/api/save", announced))) == 0);  // it is waited for
+    CHECK(server.handled == 0);
+}
+
 TEST_CASE("a thousand damaged requests are refused or dropped, and the next good one is answered",
           "[foreign]") {
     const Server server;

@@ -1,6 +1,7 @@
 #include "app/workbench/workbench.hpp"
 
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 #include <catch2/catch.hpp>
 #include <filesystem>
@@ -9,6 +10,7 @@
 
 #include "app/common/files.hpp"
 #include "app/report/recipe_page.hpp"
+#include "app/workbench/launch.hpp"
 #include "app/workbench/opened_folder.hpp"
 #include "app/workbench/runs.hpp"
 #include "tests/folder.hpp"
@@ -130,8 +132,125 @@ TEST_CASE("a recipe is saved as it was typed, and not over a change that the pag
     CHECK(text_of(opened.inside.path / "new/c.toml") == typed);
     CHECK(Json::parse(opened.post("/api/save", {{"path", "a.toml"}, {"text", "x"}, {"digest", ""}})
                           .body)["changed"] == true);
+    // One that was removed meanwhile is written anew when the page has asked.
+    fs::remove(opened.inside.path / "a.toml");
+    const Json removed = Json::parse(opened.post("/api/save", saving).body);
+    CHECK(removed["changed"] == true);
+    saving["digest"] = removed["digest"];
+    CHECK(Json::parse(opened.post("/api/save", saving).body).contains("digest"));
+    CHECK(text_of(opened.inside.path / "a.toml") == typed);
     CHECK(Json::parse(opened.post("/api/save", {{"path", "run.sh"}, {"text", "x"}, {"digest", ""}}).body)
               .contains("problem"));
+}
+
+TEST_CASE("a file that is saved keeps its rights") {
+    const Opened opened;
+    fs::permissions(opened.inside.path / "a.toml", fs::perms(0640));
+    opened.folder.write("a.toml", "new", digest(kRecipe));
+    CHECK(text_of(opened.inside.path / "a.toml") == "new");
+    CHECK(fs::status(opened.inside.path / "a.toml").permissions() == fs::perms(0640));
+}
+
+TEST_CASE("a recipe is not run as another text than the page shows") {
+    const Opened opened;
+    const Json asked{{"command", "run"}, {"recipe", "a.toml"}, {"output", "x"}, {"digest", digest("old")}};
+    const Json reply = Json::parse(opened.post("/api/start", asked).body);
+    CHECK(reply["changed"] == true);
+    CHECK(reply["digest"] == digest(kRecipe));
+    CHECK_FALSE(fs::exists(opened.inside.path / "x.log"));
+}
+
+TEST_CASE("results with a link among them are not listed, and a report reads none that has one",
+          "[foreign]") {
+    const Opened opened;
+    const fs::path results = opened.inside.path / "results";
+    for (const char* name : {"good", "table", "recipe", "below"}) {
+        fs::create_directories(results / name / "runs");
+        std::ofstream(results / name / "timeline.csv") << "step,time [s]\n1,0.5\n";
+    }
+    fs::remove(results / "table/timeline.csv");
+    fs::create_symlink(opened.outside.path / "secret.toml", results / "table/timeline.csv");
+    fs::create_symlink(opened.outside.path / "secret.toml", results / "recipe/recipe.toml");
+    fs::create_symlink(opened.outside.path / "secret.toml", results / "below/runs/summary.json");
+    CHECK(opened.folder.contents().results == std::vector<std::string>{"results/below", "results/good"});
+    CHECK(opened.folder.without_links("results/good") == fs::canonical(results / "good"));
+    CHECK_THROWS_AS(opened.folder.without_links("results/below"), NotInside);
+    CHECK(opened.get("/api/results", "run", "results/below").status == 404);
+    fs::remove(results / "good/timeline.csv");
+    mkfifo((results / "good/timeline.csv").c_str(), 0600);  // whoever opened it would wait for ever
+    CHECK(opened.folder.contents().results == std::vector<std::string>{"results/below"});
+    CHECK_THROWS_AS(last_of_timeline(results / "good"), sidewall::FileError);
+}
+
+TEST_CASE("a list of surfaces leads to files beside it alone", "[foreign]") {
+    const Folder run;
+    std::ofstream(run.path / "surface.pvd")
+        << R"(<VTKFile><DataSet timestep="0" file="/tmp/surface_0000.vtp"/>)"
+        << R"(<DataSet timestep="1" file="../a/surface_0001.vtp"/></VTKFile>)";
+    const std::vector<SavedSurface> saved = saved_surfaces(run.path);
+    CHECK(saved.at(0).file == run.path / "surface_0000.vtp");
+    CHECK(saved.at(1).file == run.path / "surface_0001.vtp");
+}
+
+TEST_CASE("of a long timeline the last whole row is read", "[foreign]") {
+    const Folder run;
+    std::ofstream file(run.path / "timeline.csv");
+    file << "step,time [s],depth [um]\n";
+    CHECK((file.flush(), last_of_timeline(run.path).rows.empty()));
+    for (int k = 1; k <= 10'000; ++k) file << "\"1 a, b\"," << k << ",0.5\n";
+    file << "1,10001,0." << std::flush;
+    const TextTable table = last_of_timeline(run.path);
+    CHECK(table.names == std::vector<std::string>{"step", "time [s]", "depth [um]"});
+    CHECK(table.rows == std::vector<std::vector<std::string>>{{"1 a, b", "10000", "0.5"}});
+    file << "\n1,2\n" << std::flush;
+    CHECK_THROWS_AS(last_of_timeline(run.path), sidewall::FileError);
+}
+
+TEST_CASE("the list of a large folder ends at a bound, and says so", "[foreign]") {
+    const Opened opened;
+    CHECK(opened.folder.contents().whole);
+    CHECK(Json::parse(opened.get("/api/contents", "", "").body)["cut"] == false);
+    fs::create_directories(opened.inside.path / "many");
+    for (int k = 0; k < 600; ++k) std::ofstream(opened.inside.path / "many" / (std::to_string(k) + ".toml"));
+    CHECK_FALSE(opened.folder.contents().whole);
+    const OpenedFolder::Contents contents = opened.folder.contents();
+    CHECK(contents.recipes.size() == 500);
+    CHECK(std::ranges::count(contents.recipes, "a.toml") == 1);
+    CHECK(Json::parse(opened.get("/api/contents", "", "").body)["cut"] == true);
+}
+
+TEST_CASE("a file in another encoding is not opened, as saving would damage it") {
+    const Opened opened;
+    std::ofstream(opened.inside.path / "latin.toml") << "# gef\xfcllt\n";
+    const Json reply = Json::parse(opened.get("/api/text", "path", "latin.toml").body);
+    CHECK(reply["problem"].get<std::string>().find("UTF-8") != std::string::npos);
+    CHECK_FALSE(reply.contains("text"));
+}
+
+TEST_CASE("a program that was started leaves nothing behind when it has ended") {
+    const Folder folder;
+    start_program({"true"}, folder.path, -1);
+    const auto none_left = [] {
+        forget_ended();
+        return waitpid(-1, nullptr, WNOHANG) < 0 && errno == ECHILD;
+    };
+    bool gone = false;
+    for (int k = 0; k < 500 && !gone; ++k) {
+        usleep(10'000);
+        gone = none_left();
+    }
+    CHECK(gone);
+}
+
+TEST_CASE("the page offers chemistries of a step's own model, and all by name") {
+    const Opened opened;
+    const Json keys = Json::parse(opened.get("/api/keys", "", "").body);
+    CHECK(keys["decks"]["c4f8_ar_oxide"] == "fluorocarbon");
+    for (const Json& section : keys["sections"])
+        for (const Json& key : section["keys"])
+            if (key["name"] == "chemistry")
+                for (const Json& word : key["words"])
+                    CHECK(keys["decks"][word.get<std::string>()] == section["name"]);
 }
 
 TEST_CASE("what is no request of the page gets 400 or 404", "[foreign]") {
@@ -165,6 +284,41 @@ TEST_CASE("a command line for a run has the page's words as values, never as opt
         command_words(opened.folder,
                       {{"command", "fit"}, {"recipe", "a.toml"}, {"target_profile", {"link.toml"}}}),
         NotInside);
+}
+
+TEST_CASE("a recipe's picture has its masks as outlines, and of a tall stack a few thick layers") {
+    Recipe recipe = parse_recipe(R"(
+[domain]
+extent = [4.0, 2.0]
+grid_spacing = 0.25
+[[layer]]
+material = "Si"
+top = -6.0
+[[layer]]
+shape = "stack"
+materials = ["SiO2", "Si3N4"]
+thicknesses = [0.05, 0.05]
+repeat = 60
+[[step]]
+model = "mask"
+material = "Resist"
+thickness = 0.5
+polygons = [{ points = [-1.0, -0.5, 1.0, -0.5, 1.0, 0.5, -1.0, 0.5] }]
+[[step]]
+model = "cut"
+depth = 1.0
+shape = "hole"
+radius = 0.5
+)",
+                                 "tall.toml");
+    const Page page = recipe_page(recipe, 4'000'000);
+    const Json& view = page.sections.at(0);
+    CHECK(view["outlines"].size() == 2);
+    CHECK(view["outlines"][0] == Json::parse("[[-1.0,-0.5],[1.0,-0.5],[1.0,0.5],[-1.0,0.5]]"));
+    CHECK(view["outlines"][1].size() == 64);
+    CHECK(view["frames"][0]["layers"].size() <= 13);
+    CHECK(view["note"].get<std::string>().find("13 in all, of 121") != std::string::npos);
+    CHECK(view["max"][2].get<double>() == Approx(0.0).margin(0.01));  // as high as the recipe's
 }
 
 TEST_CASE("keys of an effective recipe have the paths that --set takes") {
