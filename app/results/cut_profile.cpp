@@ -146,15 +146,16 @@ Profile profile_of(const TriangleMesh& mesh, const surface::Plane& plane, const 
 
 Stretches solid_at(const Profile& profile, double z) {
     std::vector<double> crossings;
-    double left = kInfinity, left_z = 0.0, right = -kInfinity, right_z = 0.0;
-    const auto reach = [&](double x, double height) {
-        if (x < left) left = x, left_z = height;
-        if (x > right) right = x, right_z = height;
-    };
+    const ProfileSpan span = span_of_profile(profile);
+    // Whether material lies just inside either end: gas is above all the lines that set out from there.
+    bool left_solid = false, right_solid = false;
     profile.each_segment([&](const Vec3& p, const Vec3& q) {
         const double from = p.dot(profile.along), to = q.dot(profile.along);
-        reach(from, p.z());
-        reach(to, q.z());
+        const auto sets_out = [&](double end) {
+            return (from == end) != (to == end) && (from == end ? p : q).z() > z;
+        };
+        left_solid = left_solid != sets_out(span.left);
+        right_solid = right_solid != sets_out(span.right);
         if ((p.z() > z) == (q.z() > z)) return;
         const double x = from + (z - p.z()) / (q.z() - p.z()) * (to - from);
         crossings.push_back(x);
@@ -162,14 +163,15 @@ Stretches solid_at(const Profile& profile, double z) {
         for (const double shift : profile.shifts) crossings.push_back(x + shift);
     });
     std::sort(crossings.begin(), crossings.end());
-    // Left of the first crossing lies material if the surface begins above z, else gas.
-    double first = left, first_z = left_z;
-    const auto begin_at = [&](double x, double height) {
-        if (x < first) first = x, first_z = height;
+    // Left of the first crossing lies what begins there.
+    double first = span.left;
+    bool solid = left_solid;
+    const auto begin_at = [&](double x, bool is_solid) {
+        if (x < first) first = x, solid = is_solid;
     };
-    for (const double side : profile.mirrors) begin_at(2.0 * side - right, right_z);
-    for (const double shift : profile.shifts) begin_at(left + shift, left_z);
-    return between(crossings, first < kInfinity && first_z > z);
+    for (const double side : profile.mirrors) begin_at(2.0 * side - span.right, right_solid);
+    for (const double shift : profile.shifts) begin_at(span.left + shift, left_solid);
+    return between(crossings, first < kInfinity && solid);
 }
 
 Stretches solid_below(const Profile& profile, double along) {
@@ -240,8 +242,10 @@ Film film_between(const Profile& surface, const Profile& below, double spacing) 
     const double half = 0.5 * (span.crest + span.floor);
     const std::pair<double, double> open = widest_opening(below, half);
     const double beside = middle_beside(below, open, half);
-    // Within a cell of a side there may be a wall, no flat top.
-    const bool over_side = open.first < span.left + spacing || open.second > span.right - spacing,
+    // Within a cell of a side there may be a wall, no flat top. Where the domain repeats itself its sides are
+    // nowhere.
+    const bool over_side = !below.shifts.empty() || open.first < span.left + spacing ||
+                           open.second > span.right - spacing,
                across = over_side && std::isfinite(beside);
     const Profile all_above = with_beyond(surface), all_below = with_beyond(below);
     const Floor floor = deepest_point(all_below, across ? open : std::pair(span.left, span.right));

@@ -90,8 +90,12 @@ void stage(Stages& stages, const std::vector<const std::int32_t*>& samples, cons
             if (phi0)
                 for (std::size_t z = 0; z < kLanes; ++z)
                     values[z] = keep * phi0[first + z] + (1.0f - keep) * values[z];
-            for (float& value : values)
-                value = std::min(std::max(without_rounding(value, dx), -limit), limit);
+            for (std::size_t z = 0; z < kLanes; ++z) {
+                // A front that is on the node already leaves it, however slowly.
+                const float rounded = without_rounding(values[z], dx);
+                const float value = without_rounding(phi[first + z], dx) == 0.0f ? values[z] : rounded;
+                values[z] = std::min(std::max(value, -limit), limit);
+            }
             blend(values, kLaneMasks[active], out + first);
         }
         if (!std::equal(out, out + Leaf::SIZE, phi)) stages.changed[n] = 1;

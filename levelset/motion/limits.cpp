@@ -86,42 +86,37 @@ class BodyLimits {
     double duration_;
 };
 
-// The limits of a leaf and of those around it.
-class Around {
-  public:
-    Around(const Band& band, const std::vector<std::unique_ptr<Values>>& own, std::size_t leaf) {
-        const openvdb::Coord o = band.leaves[leaf]->origin();
-        for (int n = 0; n < 27; ++n) {
-            const std::int32_t next = band.table.find((o.x() >> 3) + n / 9 - 1, (o.y() >> 3) + n / 3 % 3 - 1,
-                                                      (o.z() >> 3) + n % 3 - 1);
-            values_[static_cast<std::size_t>(n)] =
-                next < 0 ? nullptr : own[static_cast<std::size_t>(next)].get();
-            any_ = any_ || values_[static_cast<std::size_t>(n)] != nullptr;
-        }
-    }
-    bool any() const { return any_; }
-    // Of the leaf's rows of nodes and one more node on each side.
-    void load(Block<1>& block) const {
-        for (int x = -1; x <= 8; ++x)
-            for (int y = -1; y <= 8; ++y) {
-                const auto column = static_cast<std::size_t>(((x >> 3) + 1) * 9 + ((y >> 3) + 1) * 3);
-                const auto row = static_cast<std::size_t>((x & 7) << 6 | (y & 7) << 3);
-                float* to = &block.value[static_cast<std::size_t>(Block<1>::at(x, y, 0))];
-                const auto *below = values_[column], *level = values_[column + 1],
-                           *above = values_[column + 2];
-                to[-1] = below ? (*below)[row + 7] : kUnlimited;
-                if (level)
-                    std::copy_n(&(*level)[row], 8, to);
-                else
-                    std::fill_n(to, 8, kUnlimited);
-                to[8] = above ? (*above)[row] : kUnlimited;
+// Loads the limits of a leaf's rows of nodes and of one more node on each side, beyond the domain's sides
+// those of the nodes that are repeated there. \returns whether any is one.
+bool load_limits(const Band& band, const Domain& domain, const std::vector<std::unique_ptr<Values>>& own,
+                 const openvdb::Coord& origin, Block<1>& block) {
+    std::array<const Values*, 3> column{};  // of leaves: below, level with and above the leaf
+    int column_x = 0, column_y = 0;
+    bool any = false, found = false;
+    for (int x = -1; x <= 8; ++x)
+        for (int y = -1; y <= 8; ++y) {
+            const int i = domain.source_node(0, origin.x() + x), j = domain.source_node(1, origin.y() + y);
+            if (!found || i >> 3 != column_x || j >> 3 != column_y) {
+                column_x = i >> 3, column_y = j >> 3, found = true;
+                for (int n = 0; n < 3; ++n) {
+                    const std::int32_t leaf = band.table.find(column_x, column_y, (origin.z() >> 3) + n - 1);
+                    const Values* values = leaf < 0 ? nullptr : own[static_cast<std::size_t>(leaf)].get();
+                    column[static_cast<std::size_t>(n)] = values;
+                    any = any || values != nullptr;
+                }
             }
-    }
-
-  private:
-    std::array<const Values*, 27> values_{};
-    bool any_ = false;
-};
+            const auto [below, level, above] = column;
+            const auto row = static_cast<std::size_t>((i & 7) << 6 | (j & 7) << 3);
+            float* to = &block.value[static_cast<std::size_t>(Block<1>::at(x, y, 0))];
+            to[-1] = below ? (*below)[row + 7] : kUnlimited;
+            if (level)
+                std::copy_n(&(*level)[row], 8, to);
+            else
+                std::fill_n(to, 8, kUnlimited);
+            to[8] = above ? (*above)[row] : kUnlimited;
+        }
+    return any;
+}
 
 // In cells, what re-distancing and an etch of the body may add to a depth of a whole cell or none. With 0.005
 // an undercut mask loses its corners on nodes, with 0.3 slanted faces are held (stack_test.cpp: "a mask
@@ -146,10 +141,8 @@ float corner_limit(const float* own, float was, float dx) {
 
 // The limits of a leaf's nodes, by their own bodies and by those of their neighbours; nothing if there are
 // none.
-std::unique_ptr<const Values> with_neighbours(const Leaf& leaf, const Around& around, const float* was,
+std::unique_ptr<const Values> with_neighbours(const Leaf& leaf, const Block<1>& own, const float* was,
                                               float dx) {
-    Block<1> own;
-    around.load(own);
     auto result = std::make_unique<Values>();
     result->fill(kUnlimited);
     float least = kUnlimited;
@@ -188,9 +181,9 @@ Limits::Limits(const MaterialStack& stack, const Band& band, const std::vector<s
     std::vector<Limited> limited(own.size());
     surface::parallel_each(own.size(), 4, [&](std::size_t n) {
         if (!limiting[n]) return;
-        const Around around(band, own, n);
-        if (!around.any()) return;
         const Leaf& leaf = *band.leaves[n];
+        Block<1> around;
+        if (!load_limits(band, stack.domain, own, leaf.origin(), around)) return;
         limited[n] = {leaf.origin(), with_neighbours(leaf, around, before + n * Leaf::SIZE,
                                                      static_cast<float>(stack.domain.spacing))};
     });

@@ -76,6 +76,17 @@ void find_feet(const float* v, double dx, Feet& feet) {
     }
 }
 
+// The image of a node from which its foot point lies between the domain's periodic sides.
+openvdb::Coord image_at(const Domain& domain, openvdb::Coord node, const Vec3& foot) {
+    for (int axis = 0; axis < 2; ++axis) {
+        const auto a = static_cast<std::size_t>(axis);
+        const int cells = domain.cells[a];
+        const double at = node[axis] + foot[axis];
+        if (domain.side[a] == Side::periodic) node[axis] += at < 0.0 ? cells : at > cells ? -cells : 0;
+    }
+    return node;
+}
+
 // In a smooth region the foot point lies along the gradient; elsewhere, or where the mesh is farther off than
 // the level set says, the nearest point is searched.
 SurfaceSample find_sample(const CellTriangles& cells, const NearestSurface& surface, const Domain& domain,
@@ -85,8 +96,10 @@ SurfaceSample find_sample(const CellTriangles& cells, const NearestSurface& surf
                domain.coordinate(2, node.z()));
     SurfaceSample sample{0, 0.0f, 0.0f, {node.x(), node.y(), node.z()}};
     CellTriangles::Hit near{surface::kNoTriangle, 0.0f, 0.0f};
-    if (normal != Vec3::Zero()) near = cells.nearest_hit(node, normal, -phi / dx);
+    const openvdb::Coord image = image_at(domain, node, -phi / dx * normal);
+    if (normal != Vec3::Zero()) near = cells.nearest_hit(image, normal, -phi / dx);
     if (near) {
+        for (int axis = 0; axis < 2; ++axis) world[axis] += dx * (image[axis] - node[axis]);
         sample.triangle = near.triangle, sample.u = near.u, sample.v = near.v;
     } else {
         const surface::SurfaceHit hit = surface.closest(cells, domain, node, world);

@@ -13,11 +13,16 @@ constexpr float kFar = 2.0f;  // cells: no corner of a cell that the surface cut
 using Row = Eigen::Array<float, 8, 1>;  // of nodes along z
 using RowMap = Eigen::Map<const Row>;
 
-// The rows of a leaf and those across its faces.
+// The rows of a leaf and those across its faces, of own nodes and of those that repeat the low side of a
+// periodic axis.
 class LeafRows {
   public:
     LeafRows(const CutLeaves& leaves, const LateralGrid& box, std::size_t n)
-        : reader_(leaves, box), box_(box), origin_(leaves.leaf(n).origin()), own_(values(&leaves.leaf(n))) {
+        : leaves_(leaves),
+          reader_(leaves, box),
+          box_(box),
+          origin_(leaves.leaf(n).origin()),
+          own_(values(&leaves.leaf(n))) {
         for (int axis = 0; axis < 3; ++axis)
             for (const int way : {0, 1}) {
                 openvdb::Coord beside = origin_;
@@ -25,38 +30,55 @@ class LeafRows {
                 beside_[axis][way] = values(leaves.leaf_at(beside));
             }
     }
-    Row at(int x, int y) const { return RowMap(own_ + (x << 6 | y << 3)); }
+    Row at(int x, int y) const {
+        return repeats(x, y) ? source(x, y, 0, Row::Constant(2.0f * kFar * static_cast<float>(box_.spacing)))
+                             : own(x, y);
+    }
     /// The row one farther along x (0) or y (1), down (0) or up (1); this one again where that is not known.
-    Row next(int x, int y, int axis, int way) {
+    Row next(int x, int y, int axis, int way) const {
         int c[2] = {x, y};
         c[axis] += way == 0 ? -1 : 1;
         const int node = origin_[axis] + c[axis];
         const auto a = static_cast<std::size_t>(axis);
-        if (node < 0 || node > box_.cells[a])
-            return box_.periodic[a] ? beyond(c[0], c[1]) : next(x, y, axis, 1 - way);  // mirrored
-        const bool own = c[axis] >= 0 && c[axis] < 8;
-        const float* leaf = own ? own_ : beside_[axis][way];
+        if (!box_.periodic[a] && (node < 0 || node > box_.cells[a])) return next(x, y, axis, 1 - way);
+        if (repeats(c[0], c[1])) return source(c[0], c[1], 0, at(x, y));
+        const bool is_own = c[axis] >= 0 && c[axis] < 8;
+        const float* leaf = is_own ? own_ : beside_[axis][way];
         return leaf ? Row(RowMap(leaf + ((c[0] & 7) << 6 | (c[1] & 7) << 3))) : at(x, y);
     }
     /// The second difference along z.
     Row along_z(int x, int y) const {
-        const int row = x << 6 | y << 3;
+        const Row row = at(x, y);
         float v[10];
-        for (int z = 0; z < 8; ++z) v[z + 1] = own_[row + z];
-        v[0] = beside_[2][0] ? beside_[2][0][row + 7] : v[1];
-        v[9] = beside_[2][1] ? beside_[2][1][row] : v[8];
+        for (int z = 0; z < 8; ++z) v[z + 1] = row[z];
+        if (repeats(x, y)) {
+            v[0] = source(x, y, -1, Row::Constant(row[0]))[7];
+            v[9] = source(x, y, 1, Row::Constant(row[7]))[0];
+        } else {
+            v[0] = beside_[2][0] ? beside_[2][0][(x << 6 | y << 3) + 7] : v[1];
+            v[9] = beside_[2][1] ? beside_[2][1][x << 6 | y << 3] : v[8];
+        }
         return RowMap(v) + RowMap(v + 2) - 2.0f * RowMap(v + 1);
     }
 
   private:
     static const float* values(const FloatLeaf* leaf) { return leaf ? leaf->buffer().data() : nullptr; }
-    Row beyond(int x, int y) {
-        Row row;
-        for (int z = 0; z < 8; ++z)
-            row[z] = static_cast<float>(reader_(origin_ + openvdb::Coord(x, y, z)) * box_.spacing);
-        return row;
+    Row own(int x, int y) const { return RowMap(own_ + (x << 6 | y << 3)); }
+    // Whether a row repeats another one along a periodic axis.
+    bool repeats(int x, int y) const {
+        const auto beyond = [&](std::size_t a, int node) {
+            return box_.periodic[a] && (node < 0 || node >= box_.cells[a]);
+        };
+        return beyond(0, origin_.x() + x) || beyond(1, origin_.y() + y);
+    }
+    // The row that one repeats, in the leaf \p up leaves higher; \p unknown where there is none.
+    Row source(int x, int y, int up, const Row& unknown) const {
+        const openvdb::Coord node = reader_.source(origin_ + openvdb::Coord(x, y, 8 * up));
+        const float* leaf = values(leaves_.leaf_at(node & ~7));
+        return leaf ? Row(RowMap(leaf + ((node.x() & 7) << 6 | (node.y() & 7) << 3))) : unknown;
     }
 
+    const CutLeaves& leaves_;
     NodeReader reader_;
     const LateralGrid& box_;
     openvdb::Coord origin_;
@@ -67,7 +89,7 @@ class LeafRows {
 }  // namespace
 
 NodeBits bent_nodes(const CutLeaves& leaves, const LateralGrid& box, std::size_t n) {
-    LeafRows rows(leaves, box, n);
+    const LeafRows rows(leaves, box, n);
     const float limit = kBend * static_cast<float>(box.spacing);
     NodeBits bent{};
     const openvdb::Coord o = leaves.leaf(n).origin();

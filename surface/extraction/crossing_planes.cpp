@@ -137,7 +137,10 @@ CrossingPlane crossing_plane(NodeReader& value, const Coord& low, int axis) {
     const bool upwards = value.inside(low);
     const double kink = behind - before;
     const auto zero = [&](double from, double at, double slope) {
-        return slope * between > 0.0 ? std::clamp(at - from / slope, 0.0, 1.0) : -1.0;
+        if (!(slope * between > 0.0)) return -1.0;
+        // A line along the edge, which rounding tilts, has its zero far beyond it.
+        const double beyond = std::abs(at - from / slope - 0.5);
+        return beyond < 1.5 ? std::clamp(at - from / slope, 0.0, 1.0) : -1.0;
     };
     const double by_low = zero(a, 0.0, before), by_high = zero(b, 1.0, behind);
     PlanesAt at_low(value, low, axis), at_high(value, high, axis);

@@ -126,7 +126,12 @@ bool in_line_of_sight(const TracedSurface& surface, const Vec3& point, const Vec
     if (surface.box.boundary[0] != flux::Boundary::open)
         for (int axis = 0; axis < 2; ++axis) {
             const auto a = static_cast<std::size_t>(axis);
-            position[axis] = std::clamp(position[axis], surface.box.min[a], surface.box.max[a]);
+            const double low = surface.box.min[a], high = surface.box.max[a];
+            if (surface.box.boundary[a] == flux::Boundary::periodic)
+                position[axis] += position[axis] < low    ? high - low
+                                  : position[axis] > high ? low - high
+                                                          : 0.0;
+            position[axis] = std::clamp(position[axis], low, high);
         }
     // A periodic profile one cell wide is the same at all y: a path along it meets nothing.
     if (surface.box.boundary[1] == flux::Boundary::periodic &&
