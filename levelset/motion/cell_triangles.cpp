@@ -8,6 +8,7 @@
 #include <cmath>
 #include <utility>
 
+#include "levelset/rounding.hpp"
 #include "surface/parallel.hpp"
 
 namespace sidewall::levelset {
@@ -76,15 +77,37 @@ struct Cells {
     }
 };
 
-// Periods along an axis to the image of a node from which the surface beyond the side is seen; 0 if the node
-// is not next to a periodic side. Along an axis of a cell or two the surface is everywhere the same.
-int periods_beyond(const Domain& domain, std::size_t axis, int node) {
-    const int cells = domain.cells[axis];
-    if (domain.side[axis] != Side::periodic || cells <= 2) return 0;
-    return node <= 1 ? 1 : node >= cells - 1 ? -1 : 0;
+// Of two triangles that are as near, the one to take: that which looks farther upwards, the floor beside a
+// wall, then the first.
+template <class Vertices>
+bool goes_first(const Vertices& vertices, std::span<const Triangle> triangles, std::uint32_t one,
+                std::uint32_t other) {
+    const auto up = [&](std::uint32_t t) {
+        const auto [a, b, c] = triangles[t];
+        const Vec3 from = vertices[a].template head<3>().template cast<double>(),
+                   n = (vertices[b].template head<3>().template cast<double>() - from)
+                           .cross(vertices[c].template head<3>().template cast<double>() - from);
+        return n.z() / n.norm();
+    };
+    const double more = up(one) - up(other);
+    return std::abs(more) > static_cast<double>(kTie) ? more > 0.0 : one <= other;
 }
 
 }  // namespace
+
+std::vector<openvdb::Coord> images_beside(const Domain& domain, const openvdb::Coord& node) {
+    std::vector<openvdb::Coord> images;
+    std::array<int, 2> away{};
+    for (std::size_t a = 0; a < 2; ++a) {
+        const int cells = domain.cells[a], at = node[static_cast<int>(a)];
+        if (domain.side[a] == Side::periodic && cells > 2)
+            away[a] = at <= 1 ? cells : at >= cells - 1 ? -cells : 0;
+    }
+    if (away[0] != 0) images.push_back(node.offsetBy(away[0], 0, 0));
+    if (away[1] != 0) images.push_back(node.offsetBy(0, away[1], 0));
+    if (images.size() == 2) images.push_back(node.offsetBy(away[0], away[1], 0));
+    return images;
+}
 
 CellTriangles::CellTriangles(const std::vector<const Leaf*>& leaves, const Domain& domain,
                              std::span<const Vec3> vertices, std::span<const Triangle> triangles)
@@ -194,8 +217,9 @@ void CellTriangles::search(const openvdb::Coord& cell, const IndexPoint& shift, 
         // All at once, as none of them can be foreseen; a line in the triangle's plane fails by infinity or
         // NaN.
         const bool inside = (u >= -kEdge) & (u <= 1.0f + kEdge) & (v >= -kEdge) & (u + v <= 1.0f + kEdge);
-        const bool nearer = (away < nearest) | ((away == nearest) & (triangle <= best.triangle));
-        if (!(inside & nearer)) continue;
+        if (!(inside & (away <= nearest + kTie))) continue;
+        if (best && away >= nearest - kTie && !goes_first(vertices_, triangles_, triangle, best.triangle))
+            continue;
         nearest = away;
         const float within = std::clamp(u, 0.0f, 1.0f);
         best = {triangle, within, std::clamp(v, 0.0f, 1.0f - within)};
@@ -236,14 +260,11 @@ surface::SurfaceHit NearestSurface::closest(const CellTriangles& cells, const Do
                                             const openvdb::Coord& node, Vec3& world) const {
     surface::SurfaceHit best = near(cells, node, world, domain.spacing);
     const Vec3 own = world;
-    const std::array periods{periods_beyond(domain, 0, node.x()), periods_beyond(domain, 1, node.y())};
-    for (const auto [x, y] : {std::array{periods[0], 0}, {0, periods[1]}, periods}) {
-        if (x == 0 && y == 0) continue;
-        const Vec3 from =
-            own + Vec3(x * (domain.max[0] - domain.min[0]), y * (domain.max[1] - domain.min[1]), 0.0);
-        const surface::SurfaceHit hit =
-            near(cells, node.offsetBy(x * domain.cells[0], y * domain.cells[1], 0), from, domain.spacing);
-        if (hit && (!best || hit.distance < best.distance)) best = hit, world = from;
+    for (const openvdb::Coord& image : images_beside(domain, node)) {
+        Vec3 from = own;
+        for (int axis = 0; axis < 2; ++axis) from[axis] += domain.spacing * (image[axis] - node[axis]);
+        const surface::SurfaceHit hit = near(cells, image, from, domain.spacing);
+        if (hit && (!best || is_nearer(hit, best, domain.spacing))) best = hit, world = from;
     }
     if (best) return best;
     // Isolated: a thread that waits for the hierarchy's own tasks must not come back here with another node.
@@ -259,20 +280,26 @@ surface::SurfaceHit NearestSurface::near(const CellTriangles& cells, const openv
     surface::SurfaceHit best;
     // All points less than a cell away lie in the cells around the node.
     best.distance = kSure * dx;
-    cells.each_around(node, [&](std::uint32_t t) { keep_nearer(t, world, best); });
+    const auto keep_nearer = [&](std::uint32_t t) {
+        const auto [a, b, c] = triangles[t];
+        surface::SurfaceHit hit =
+            surface::closest_point_on_triangle(world, vertices[a], vertices[b], vertices[c]);
+        hit.triangle = t;
+        if (best ? is_nearer(hit, best, dx) : hit.distance < best.distance) best = hit;
+    };
+    cells.each_around(node, keep_nearer);
     if (best) return best;
     best.distance = kFar * dx;
-    cells.each_in_leaves(node, 2, [&](std::uint32_t t) { keep_nearer(t, world, best); });
+    cells.each_in_leaves(node, 2, keep_nearer);
     return best;
 }
 
-// Ties go to the lowest triangle.
-void NearestSurface::keep_nearer(std::uint32_t t, const Vec3& world, surface::SurfaceHit& best) const {
-    const auto [a, b, c] = triangles[t];
-    surface::SurfaceHit hit =
-        surface::closest_point_on_triangle(world, vertices[a], vertices[b], vertices[c]);
-    hit.triangle = t;
-    if (hit.distance < best.distance || (hit.distance == best.distance && t < best.triangle)) best = hit;
+bool NearestSurface::is_nearer(const surface::SurfaceHit& hit, const surface::SurfaceHit& best,
+                               double dx) const {
+    const double less = best.distance - hit.distance;
+    return std::abs(less) > static_cast<double>(kTie) * dx
+               ? less > 0.0
+               : goes_first(vertices, triangles, hit.triangle, best.triangle);
 }
 
 }  // namespace sidewall::levelset

@@ -19,6 +19,10 @@ namespace sidewall::levelset {
 /// A point in dx; the fourth component is 0 and fills the register.
 using IndexPoint = Eigen::Vector4f;
 
+/// Images of a node beyond the periodic sides that it is next to, from which the surface there is seen. Along an axis of a cell or
+/// two the surface is everywhere the same, and there are none.
+std::vector<openvdb::Coord> images_beside(const Domain& domain, const openvdb::Coord& node);
+
 /// A mesh's triangles by the grid cells they pass through, those of a grid's leaves: finds what a short ray from a node
 /// hits by a handful of tests, where a search through a hierarchy over the whole mesh costs ten times as much.
 class CellTriangles {
@@ -38,7 +42,7 @@ class CellTriangles {
                   std::span<const Vec3> vertices, std::span<const Triangle> triangles);
 
     /// The hit nearest to \p node + \p distance * \p direction (in dx) along that line, within kSlack, those in that point's
-    /// own cell first; of equals, that of the lowest triangle.
+    /// own cell first; of equals, that of the triangle that looks farthest upwards.
     Hit nearest_hit(const openvdb::Coord& node, const Vec3& direction, double distance) const;
 
     /// Calls use(triangle) for those that pass through one of the eight cells around a node; some more than once.
@@ -121,7 +125,7 @@ class NearestSurface {
   private:
     surface::SurfaceHit near(const CellTriangles& cells, const openvdb::Coord& node, const Vec3& world,
                              double dx) const;
-    void keep_nearer(std::uint32_t t, const Vec3& world, surface::SurfaceHit& best) const;
+    bool is_nearer(const surface::SurfaceHit& hit, const surface::SurfaceHit& best, double dx) const;
 
     const surface::RayScene* scene_ = nullptr;
     const TriangleMesh* mesh_ = nullptr;

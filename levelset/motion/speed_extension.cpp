@@ -96,8 +96,13 @@ SurfaceSample find_sample(const CellTriangles& cells, const NearestSurface& surf
                domain.coordinate(2, node.z()));
     SurfaceSample sample{0, 0.0f, 0.0f, {node.x(), node.y(), node.z()}};
     CellTriangles::Hit near{surface::kNoTriangle, 0.0f, 0.0f};
-    const openvdb::Coord image = image_at(domain, node, -phi / dx * normal);
-    if (normal != Vec3::Zero()) near = cells.nearest_hit(image, normal, -phi / dx);
+    openvdb::Coord image = image_at(domain, node, -phi / dx * normal);
+    if (normal != Vec3::Zero()) {
+        near = cells.nearest_hit(image, normal, -phi / dx);
+        if (!near)  // the foot point may lie on the side itself
+            for (const openvdb::Coord& other : images_beside(domain, node))
+                if (!near) near = cells.nearest_hit(image = other, normal, -phi / dx);
+    }
     if (near) {
         for (int axis = 0; axis < 2; ++axis) world[axis] += dx * (image[axis] - node[axis]);
         sample.triangle = near.triangle, sample.u = near.u, sample.v = near.v;
