@@ -82,7 +82,7 @@ float edge_distance(const float* v, float u, float inv_dx, float farthest) {
                     next = std::max(minus, plus);
         if (near >= std::min(u, farthest) - kTie) continue;
         convex = std::max(convex, u - 2.0f * near + behind);
-        if (next < farthest) hollow = std::max(hollow, 2.0f * u - near - next);
+        if (next < farthest - kTie) hollow = std::max(hollow, 2.0f * u - near - next);
         planes[count++] = {near, 0.0f, Eigen::Vector3f::Zero(),
                            static_cast<float>(towards) * Eigen::Vector3f::Unit(axis)};
     }
