@@ -118,6 +118,9 @@ void forget_hidden_row(const float* v, float dx, float on_front, float backgroun
 // values that earlier sweeps have not corrected yet.
 constexpr float kSteepest = 1.5f;
 
+// A node nearer to the front than this, in cells, may stand beside a wall that has moved by rounding.
+constexpr float kBesideFront = 0.01f;
+
 // Stands for an arrival that does not take part: farther than any band, small enough for its square.
 constexpr float kUnknown = 1e6f;
 
@@ -155,7 +158,7 @@ void solve_row(const float* v, float inv_dx, float dx, float background, Row& ou
                 // branch, so that eight nodes are solved at once.
                 const float rounding = std::abs(bend) < 1e-3f ? 1.0f : 0.0f;
                 const float open = next >= half_width - kTie ? 1.0f : 0.0f;
-                const float known = std::abs(far) < static_cast<float>(kOnFront) ? 0.0f : 1.0f;
+                const float known = std::abs(far) < kBesideFront ? 0.0f : 1.0f;
                 const float ratio = 2.0f * beyond / (bend + rounding);
                 const float limited = 0.5f * (1.0f + std::abs(ratio) - std::abs(ratio - 1.0f));  // 0 to 1
                 const float share = std::max(rounding, open * known + (1.0f - open) * limited);

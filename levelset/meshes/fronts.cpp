@@ -225,7 +225,7 @@ std::vector<GridPtr> continued_fronts(const MaterialStack& stack, const Material
 // In cells, the film with which a layer counts as covered: marching cubes cuts off less than kCovering of a
 // convex corner, through which a thinner film's surface would pass; a hollow one it fills. So much of it is
 // asked for at the ends of edges of the grid that the layer's front crosses: these lie within a cell of it.
-constexpr double kCovering = 0.5, kCoveringHollow = 0.25, kBesideFront = 1.0;
+constexpr double kCovering = 0.5, kCoveringHollow = 0.15, kBesideFront = 1.0;
 
 }  // namespace
 
