@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <string>
 #include <vector>
 
 #include "tests/integration/run_program.hpp"
@@ -70,6 +71,65 @@ TEST_CASE("a wafer that is shifted by whole cells in a periodic box has the same
             CAPTURE(name, value, shifted[name]);
             CHECK(std::abs(shifted[name].get<double>() - value.get<double>()) <=
                   1e-4 * 4.0);  // 1e-3 dx everywhere
+        }
+    }
+}
+
+TEST_CASE("walls beside a periodic side, on it and in the cell before it are those of the shifted wafer") {
+    const std::string resist = "[[layer]]\nmaterial = \"Resist\"\nthickness = 0.3\n";
+    const auto etch = [](const char* rate) {
+        return std::string("[[step]]\nmodel = \"isotropic\"\nduration = 1.0\nrate = { Si = ") + rate +
+               ", Resist = 0.0 }\n";
+    };
+    const auto beam = [](const char* rate) {
+        return std::string("[[step]]\nmodel = \"directional\"\nduration = 1.0\ndirectional = { Si = ") +
+               rate + ", Resist = 0.0 }\n";
+    };
+    const std::string film =
+        "[[step]]\nmodel = \"isotropic\"\nduration = 1.0\nrate = 0.058\ndeposit = \"SiO2\"\n";
+    struct Case {
+        std::string extent, layer, steps;
+        double x;
+        std::vector<double> by;
+    };
+    const Case wafer = GENERATE_COPY(values<Case>({
+        // Undercuts, whose fronts reach the side; feet in the cell before it; a film's corners.
+        {"2.0", resist + "shape = \"trench\"\nwidth = 0.4\n", etch("-0.1") + beam("-0.2"), -0.1, {-0.7, 0.8}},
+        {"2.0", resist + "shape = \"trench\"\nwidth = 0.9\n", etch("-0.4") + beam("-0.4"), 0.2, {0.3, -1.0}},
+        {"2.0",
+         resist + "shape = \"trench\"\nwidth = 1.07\n",
+         beam("-0.42") + etch("-0.096"),
+         0.161,
+         {0.3, 0.2}},
+        {"2.0", "shape = \"trench\"\nwidth = 0.871\ndepth = 1.074\n", film, 0.081, {-0.7, 0.5}},
+        {"2.0, 1.2", "shape = \"hole\"\nradius = 0.5\ndepth = 1.1\n", beam("-0.3"), 0.0, {-0.7, -0.6}},
+        {"2.0, 1.2",
+         "[[layer]]\nmaterial = \"Resist\"\nshape = \"box\"\nsize = [1.1, 0.8]\nheight = 0.3\n",
+         etch("-0.5") + beam("-0.5"),
+         0.2,
+         {0.3, -0.7}},
+    }));
+    const test::Folder folder;
+    const auto at = [&](double x) {
+        return figures(folder,
+                       "[domain]\nextent = [" + wafer.extent +
+                           "]\ngrid_spacing = 0.1\nboundary = [\"periodic\", \"periodic\"]\n"
+                           "[[layer]]\nmaterial = \"Si\"\n" +
+                           wafer.layer + "position = [" + std::to_string(x) + ", 0.0]\n" + wafer.steps +
+                           "[metrology]\nmeasures = [\"depth\", \"cd\", \"film\"]\ncd_depths = [0.05]\n");
+    };
+    const json first = at(wafer.x);
+    const bool is_profile = wafer.extent.find(',') == std::string::npos;
+    for (const double by : wafer.by) {
+        const json shifted = at(wafer.x + by);
+        for (const auto& [name, value] : first.items()) {
+            const bool is_volume = name.find("volume") != std::string::npos;
+            if ((!is_profile && !is_volume) || name == "mean_rate") continue;  // a section is another one
+            CAPTURE(wafer.layer, wafer.steps, by, name, value, shifted[name]);
+            REQUIRE(value.is_number() == shifted[name].is_number());
+            if (value.is_number())
+                CHECK(std::abs(shifted[name].get<double>() - value.get<double>()) <=
+                      1e-4 * (is_volume ? 4.0 : 1.0));  // 1e-3 dx everywhere
         }
     }
 }
