@@ -136,16 +136,19 @@ std::int32_t own_sample(const SampleIndex& index, const openvdb::Coord& node) {
     return own_sample(index.find(node), Leaf::coordToOffset(node));
 }
 
-// Offsets to the neighbours of a node, face neighbours before edge and corner ones.
+// Offsets to the neighbours of a node, face neighbours before edge and corner ones, and those of an axis
+// beside each other: a mirrored wafer goes the mirrored way.
 const auto kNeighbours = [] {
-    std::array<openvdb::Coord, 26> offsets;
-    std::size_t count = 0;
-    for (int axes = 1; axes <= 3; ++axes)
-        for (int n = 0; n < 27; ++n) {
-            const openvdb::Coord offset(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1);
-            if (std::abs(offset.x()) + std::abs(offset.y()) + std::abs(offset.z()) == axes)
-                offsets[count++] = offset;
-        }
+    std::vector<openvdb::Coord> offsets;
+    for (int n = 0; n < 27; ++n)
+        if (n != 13) offsets.emplace_back(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1);
+    std::stable_sort(offsets.begin(), offsets.end(), [](const openvdb::Coord& a, const openvdb::Coord& b) {
+        const auto order = [](const openvdb::Coord& c) {
+            const int x = std::abs(c.x()), y = std::abs(c.y()), z = std::abs(c.z());
+            return std::array{x + y + z, x, y};
+        };
+        return order(a) < order(b);
+    });
     return offsets;
 }();
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 #include <utility>
 
 namespace sidewall::surface {
@@ -61,22 +62,31 @@ class PlanesAt {
         const int u = (axis_ + 1) % 3, v = (axis_ + 2) % 3;
         if (!known_) across_ = {slopes(value_, node_, u), slopes(value_, node_, v)};
         known_ = true;
-        Candidate best, other;
+        std::array<Candidate, 9> all;
+        std::size_t count = 0;
+        Candidate best;
         for (const Slope& su : across_[0])
             for (const Slope& sv : across_[1]) {
                 const double bend = su.bend + sv.bend + along.bend;
-                if (!(bend < other.cost)) continue;  // neither the best nor the next
+                if (!(bend < best.cost + kAsGood)) continue;  // nor with NaN
                 Vec3 g;
                 g[axis_] = along.value, g[u] = su.value, g[v] = sv.value;
                 const double off = std::abs(g.norm() - 1.0);
-                const Candidate here{g, bend + 0.5 * off, bend + 2.0 * off};
-                if (here.cost < best.cost)  // never with NaN
-                    other = std::exchange(best, here);
-                else if (here.cost < other.cost)
-                    other = here;
+                all[count] = {g, bend + 0.5 * off, bend + 2.0 * off};
+                if (all[count].cost < best.cost) best = all[count];
+                ++count;
             }
-        best.on_edge = other.cost < best.cost + kAsGood && best.gradient.dot(other.gradient) < kApart;
-        if (!best.on_edge && other.cost < best.cost + kTie) best = mean_of(best, other);
+        // Where y, say, says nothing, several are one and the same: each of them is looked at.
+        Candidate mean{Vec3::Zero(), 0.0, 0.0};
+        double alike = 0.0;
+        for (const Candidate& other : std::span(all).first(count)) {
+            best.on_edge |= other.cost < best.cost + kAsGood && best.gradient.dot(other.gradient) < kApart;
+            if (!(other.cost < best.cost + kTie)) continue;
+            mean.gradient += other.gradient, mean.cost += other.cost, mean.defect += other.defect;
+            alike += 1.0;
+        }
+        if (!best.on_edge && alike > 1.0)
+            best = {mean.gradient / alike, mean.cost / alike, mean.defect / alike};
         return best;
     }
 

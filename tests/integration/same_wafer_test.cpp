@@ -135,15 +135,18 @@ TEST_CASE("walls beside a periodic side, on it and in the cell before it are tho
 }
 
 TEST_CASE(
-    "a symmetric wafer with walls and floors on nodes is its own mirror image, under films and beams, too") {
+    "a symmetric wafer with walls and floors on nodes is its own mirror image, after films, etches and beams, too") {
     const test::Folder folder;
     const std::string wafer = GENERATE(
         as<std::string>(), "shape = \"trench\"\nwidth = 1.0\ndepth = 1.5\n",
         "shape = \"trench\"\nwidth = 1.2\ndepth = 0.9\n",
         "[[layer]]\nmaterial = \"Resist\"\nshape = \"trench\"\nthickness = 0.3\nwidth = 0.8\ndepth = 0.3\n",
+        "[[layer]]\nmaterial = \"Resist\"\nshape = \"trench\"\nthickness = 0.3\nwidth = 0.4\ndepth = 0.3\n",
+        "shape = \"trench\"\nwidth = 2.981\ndepth = 0.735\n",
         "[[layer]]\nmaterial = \"Si\"\nshape = \"fin\"\nwidth = 0.8\nheight = 0.6\n");
     const std::string step =
         GENERATE(as<std::string>(), "model = \"isotropic\"\nduration = 1.0\nrate = 0.3\ndeposit = \"SiO2\"\n",
+                 "model = \"isotropic\"\nduration = 1.0\nrate = { Si = -0.5 }\n",
                  "model = \"directional\"\nduration = 1.0\ndirectional = -0.4\n");
     figures(folder, "[domain]\nextent = [4.0]\ngrid_spacing = 0.1\n[[layer]]\nmaterial = \"Si\"\n" + wafer +
                         "[[step]]\n" + step + "[output]\nprofiles = [\"y=0\"]\n");
