@@ -244,11 +244,11 @@ Film film_between(const Profile& surface, const Profile& below, double spacing) 
     const double beside = middle_beside(below, open, half);
     // Within a cell of a side there may be a wall, no flat top. Where the domain repeats itself its sides are
     // nowhere.
-    const bool over_side = !below.shifts.empty() || open.first < span.left + spacing ||
-                           open.second > span.right - spacing,
-               across = over_side && std::isfinite(beside);
+    const bool over_side = open.first < span.left + spacing || open.second > span.right - spacing,
+               across = (over_side || !below.shifts.empty()) && std::isfinite(beside);
     const Profile all_above = with_beyond(surface), all_below = with_beyond(below);
-    const Floor floor = deepest_point(all_below, across ? open : std::pair(span.left, span.right));
+    const Floor floor =
+        deepest_point(all_below, over_side && across ? open : std::pair(span.left, span.right));
     const double along = across ? beside : span.left, crest = crossings(all_below, along).second,
                  top = measure_flats(all_above, all_below, along,
                                      middle_of_floor(below, floor, crest, spacing), floor.z, film);

@@ -198,6 +198,9 @@ void CellTriangles::sort(std::size_t leaf, std::span<const Place> places) {
     }
     start[rank] = end;
     for (const Place& place : places) entry_[next[place.cell]++] = place.triangle;
+    // Tasks came in any order; which of nearly equal triangles is taken must not tell.
+    for (std::uint16_t n = 0; n < rank; ++n)
+        std::sort(&entry_[start[n]], &entry_[start[n]] + (start[n + 1] - start[n]));
 }
 
 void CellTriangles::search(const openvdb::Coord& cell, const IndexPoint& shift, const IndexPoint& foot,

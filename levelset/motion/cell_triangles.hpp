@@ -102,7 +102,7 @@ class CellTriangles {
     // First entry of each occupied cell, and after a leaf's last cell the end of its entries: leaf n's stand
     // from first_[n] + n on.
     LargeVector<std::uint32_t> start_;
-    LargeVector<std::uint32_t> entry_;  // triangles, in no particular order within a cell
+    LargeVector<std::uint32_t> entry_;  // triangles, the lowest of a cell first
 };
 
 /// A mesh on which the points nearest to nodes of a grid are searched.

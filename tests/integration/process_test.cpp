@@ -422,9 +422,10 @@ measures = ["sidewall_angle"]
         const double volume = strip.metrology("removed_volume_Si");
         CAPTURE(dx, volume / 0.8, wet::kGroove);
         CHECK(strip.metrology("sidewall_angle") == Approx(54.74).margin(0.5));
-        // First order, and the walls hardly move: a small part of a cell. Half a cell more where the mask's
-        // foot, on nodes, is cut off at one side.
-        CHECK(std::abs(volume / 0.8 - wet::kGroove) < 2.0 * wet::kWall * 0.05 * dx + 0.5 * dx * dx);
+        // The rate is least at {111} alone, and the walls' normals are off by a part of a degree: they move
+        // 0.008 um too far, however fine the grid (0.062 um^2 in all at a spacing of 0.05). The rest is of
+        // first order: a small part of a cell.
+        CHECK(std::abs(volume / 0.8 - wet::kGroove) < 2.0 * wet::kWall * (0.008 + 0.01 * dx));
     }
 }
 
