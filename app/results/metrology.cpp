@@ -319,7 +319,7 @@ std::vector<double> layer_volumes(const levelset::MaterialStack& stack) {
     std::vector<double> volumes;
     double below = 0.0;
     for (std::size_t k = 0; k < stack.layers.size(); ++k) {
-        const TriangleMesh mesh = levelset::extract_surface(stack, k);
+        const TriangleMesh mesh = levelset::extract_surface(stack, k, surface::SharpEdges::all_beyond);
         double volume = 0.0;
         for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
             volume += levelset::volume_over(mesh, t, 0.0, stack.domain);

@@ -76,17 +76,12 @@ class PlanesAt {
                 if (all[count].cost < best.cost) best = all[count];
                 ++count;
             }
-        // Where y, say, says nothing, several are one and the same: each of them is looked at.
-        Candidate mean{Vec3::Zero(), 0.0, 0.0};
-        double alike = 0.0;
-        for (const Candidate& other : std::span(all).first(count)) {
-            best.on_edge |= other.cost < best.cost + kAsGood && best.gradient.dot(other.gradient) < kApart;
-            if (!(other.cost < best.cost + kTie)) continue;
-            mean.gradient += other.gradient, mean.cost += other.cost, mean.defect += other.defect;
-            alike += 1.0;
-        }
-        if (!best.on_edge && alike > 1.0)
-            best = {mean.gradient / alike, mean.cost / alike, mean.defect / alike};
+        // The next best that is another one: where an axis says nothing, several are one and the same.
+        Candidate other;
+        for (const Candidate& c : std::span(all).first(count))
+            if (c.cost < other.cost && !c.gradient.isApprox(best.gradient, kTie)) other = c;
+        best.on_edge = other.cost < best.cost + kAsGood && best.gradient.dot(other.gradient) < kApart;
+        if (!best.on_edge && other.cost < best.cost + kTie) best = mean_of(best, other);
         return best;
     }
 

@@ -68,8 +68,19 @@ bool is_cusp(const BentCell& cell, const Crossings& crossings) {
     return false;
 }
 
-// Whether the surface passes by a cell: all its corners are known and on one side.
-bool is_uncut(NodeReader& value, const LateralGrid& box, const Coord& cell) {
+// The cell that one beyond a periodic side repeats.
+Coord source_cell(const LateralGrid& box, Coord cell) {
+    for (int a = 0; a < 2; ++a) {
+        const auto k = static_cast<std::size_t>(a);
+        if (box.periodic[k]) cell[a] = (cell[a] + box.cells[k]) % box.cells[k];
+    }
+    return cell;
+}
+
+// Whether the surface passes by a cell: all its corners are known and on one side. None beyond a side is
+// meant, but beyond a periodic one if \p beyond.
+bool is_uncut(NodeReader& value, const LateralGrid& box, Coord cell, bool beyond) {
+    if (beyond) cell = source_cell(box, cell);
     if (cell.x() < 0 || cell.y() < 0 || cell.x() >= box.cells[0] || cell.y() >= box.cells[1]) return false;
     int inside = 0, outside = 0;
     for (int c = 0; c < 8; ++c) {
@@ -98,7 +109,8 @@ std::optional<Fan> fan_of(const BentCell& cell, const Crossings& crossings, Node
         Coord beside = cell.cell;
         const int way = apex[axis] > 0.5 ? 1 : -1;
         beside[axis] += way;
-        if (is_uncut(value, box, beside)) fan.taken[static_cast<std::size_t>(axis)] = way;
+        if (is_uncut(value, box, beside, which == SharpEdges::all_beyond))
+            fan.taken[static_cast<std::size_t>(axis)] = way;
     }
     return fan;
 }
@@ -134,8 +146,8 @@ std::vector<Fan> find_fans(const CutLeaves& leaves, const LateralGrid& box,
     });
     // A cell that several fans would take is left to none.
     std::map<Coord, int> takers;
-    const auto beside = [](const Fan& fan) {
-        return fan.of->cell + Coord(fan.taken[0], fan.taken[1], fan.taken[2]);
+    const auto beside = [&](const Fan& fan) {
+        return source_cell(box, fan.of->cell + Coord(fan.taken[0], fan.taken[1], fan.taken[2]));
     };
     for (const std::optional<Fan>& fan : found)
         if (fan && fan->taken != std::array<int, 3>{}) ++takers[beside(*fan)];

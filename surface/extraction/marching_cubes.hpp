@@ -42,7 +42,9 @@ inline constexpr double kNodeClearance = 1e-3;
 enum class SharpEdges : std::uint8_t {
     none,    ///< nowhere: marching cubes alone, which cuts edges off by up to a cell
     hollow,  ///< where the surface bends towards the gas, as at the foot of a wall
-    all
+    all,
+    all_beyond  ///< all, those across a periodic side by a part of a cell, too: for volumes, as the mesh
+                ///< leaves its box
 };
 
 /// What an edge of the surface is; 0 stands for none.
