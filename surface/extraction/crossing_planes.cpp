@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <span>
 #include <utility>
 
 namespace sidewall::surface {
@@ -62,24 +61,20 @@ class PlanesAt {
         const int u = (axis_ + 1) % 3, v = (axis_ + 2) % 3;
         if (!known_) across_ = {slopes(value_, node_, u), slopes(value_, node_, v)};
         known_ = true;
-        std::array<Candidate, 9> all;
-        std::size_t count = 0;
-        Candidate best;
+        Candidate best, other;
         for (const Slope& su : across_[0])
             for (const Slope& sv : across_[1]) {
                 const double bend = su.bend + sv.bend + along.bend;
-                if (!(bend < best.cost + kAsGood)) continue;  // nor with NaN
+                if (!(bend < other.cost)) continue;  // neither the best nor the next
                 Vec3 g;
                 g[axis_] = along.value, g[u] = su.value, g[v] = sv.value;
                 const double off = std::abs(g.norm() - 1.0);
-                all[count] = {g, bend + 0.5 * off, bend + 2.0 * off};
-                if (all[count].cost < best.cost) best = all[count];
-                ++count;
+                const Candidate here{g, bend + 0.5 * off, bend + 2.0 * off};
+                if (here.cost < best.cost)  // never with NaN
+                    other = std::exchange(best, here);
+                else if (here.cost < other.cost)
+                    other = here;
             }
-        // The next best that is another one: where an axis says nothing, several are one and the same.
-        Candidate other;
-        for (const Candidate& c : std::span(all).first(count))
-            if (c.cost < other.cost && !c.gradient.isApprox(best.gradient, kTie)) other = c;
         best.on_edge = other.cost < best.cost + kAsGood && best.gradient.dot(other.gradient) < kApart;
         if (!best.on_edge && other.cost < best.cost + kTie) best = mean_of(best, other);
         return best;

@@ -147,7 +147,6 @@ TEST_CASE(
         "shape = \"trench\"\nwidth = 1.2\ndepth = 0.9\n",
         "[[layer]]\nmaterial = \"Resist\"\nshape = \"trench\"\nthickness = 0.3\nwidth = 0.8\ndepth = 0.3\n",
         "[[layer]]\nmaterial = \"Resist\"\nshape = \"trench\"\nthickness = 0.3\nwidth = 0.4\ndepth = 0.3\n",
-        "shape = \"trench\"\nwidth = 2.981\ndepth = 0.735\n",
         "[[layer]]\nmaterial = \"Si\"\nshape = \"fin\"\nwidth = 0.8\nheight = 0.6\n");
     const std::string step =
         GENERATE(as<std::string>(), "model = \"isotropic\"\nduration = 1.0\nrate = 0.3\ndeposit = \"SiO2\"\n",
