@@ -146,7 +146,8 @@ class Fitting {
                 // Where the key has no default, the program asks for what lacks a number.
                 if (numbers == nullptr || (*numbers)->fallback) note_unknown(*values, inner + key.name);
                 const std::vector<std::string> idle = drop_idle(*values);
-                for (const std::string& name : idle) idle_.insert(inner + key.name + "." + name);
+                for (const std::string& name : idle)
+                    idle_.insert(fmt::format("{}{}.{}", inner, key.name, name));
                 if (values->empty() && key.rule.required)
                     fail_missing(
                         table, fmt::format("{}.{}{}", use_.path, inner, key.name),
