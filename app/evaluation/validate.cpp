@@ -289,7 +289,8 @@ std::string validation_page(const Json& validation, const std::string& frame) {
     std::string rest;
     if (fitted > 0) rest += fmt::format(" {} more were fitted and are not counted.", fitted);
     if (same > 0)
-        rest += fmt::format(" {} are the same number that the recipe was given, and are not counted.", same);
+        rest +=
+            fmt::format(" {} more are the same number that the recipe was given, and are not counted.", same);
     return fmt::format("{}Of {} figures of {} cases {} lie within.{}\n{}{}", frame.substr(0, at), figures,
                        validation["cases"].size(), within, rest, sections,
                        frame.substr(std::min(at + mark.size(), frame.size())));

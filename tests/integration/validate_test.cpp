@@ -206,7 +206,7 @@ TEST_CASE(
     const std::string page = test::read_bytes(one.folder.path / "out/validation.md");
     CHECK(
         page.find(
-            "Of 4 figures of 1 cases 1 lie within. 1 more were fitted and are not counted. 1 are the same number") !=
+            "Of 4 figures of 1 cases 1 lie within. 1 more were fitted and are not counted. 1 more are the same number") !=
         std::string::npos);
     CHECK(page.find(
               "\n\nOutside: wrong; wrong again. It is so, in a test.\n\nOutside: unknown. Not explained.\n\n"
