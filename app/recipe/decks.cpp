@@ -259,8 +259,9 @@ class Fitting {
                 material.name != "Mask")
                 unknown.push_back(material.name);
         if (deck && !unknown.empty() && !known.contains("default"))
-            notes_.push_back(fmt::format("{}.{}: chemistry {} has no number for {}: the key's default",
-                                         use_.path, key, use_.deck.name, fmt::join(unknown, ", ")));
+            notes_.push_back(
+                fmt::format("{}.{}: chemistry {} has no number for {}: give one, or the key's default holds",
+                            use_.path, key, use_.deck.name, fmt::join(unknown, ", ")));
     }
 
     const Use& use_;
