@@ -20,6 +20,8 @@ constexpr double kLeastExponent = 10.0, kWidestBin = 45.0 * kPi / 180.0;
 constexpr std::size_t kAngles = 181;   // of the table, at equal steps of sin(polar angle / 2)
 constexpr std::size_t kAzimuths = 13;  // from 0 to pi, of tilted beams
 constexpr std::size_t kBeams = 16;     // of a source that turns
+// Samples of a beam. A round wafer has few places to look from, and its figures are those places' alone.
+constexpr std::size_t kDirections = 256, kRoundDirections = 1024;
 // Grazing directions cross a horizontal plane in ever smaller numbers a solid angle: 1 / (-d . z) is bounded.
 constexpr double kLeastRise = 1e-2;
 
@@ -162,8 +164,10 @@ DirectFlux::DirectFlux(const Species& species) {
     const Vec3 axis(tilt_sine_, 0.0, tilt_cosine_), across(tilt_cosine_, 0.0, -tilt_sine_);
     const double spread = beams_ > 1 ? 2.0 * kPi / static_cast<double>(beams_) : 0.0;
     images_ = tilted ? 2 : 4;
-    const std::vector<SourceSample> samples = source_samples(species, -axis, spread, images_, 256);
+    const std::vector<SourceSample> samples = source_samples(species, -axis, spread, images_, kDirections);
     for (const SourceSample& sample : samples) sample_.push_back({sample.towards, sample.weight});
+    for (const SourceSample& sample : source_samples(species, -axis, spread, 1, kRoundDirections))
+        round_.push_back({sample.towards, sample.weight});
 
     scale_.push_back({1.0});
     for (const Yield& yield : species.yields) scale_.push_back(yield.scale);
@@ -204,10 +208,13 @@ double DirectFlux::azimuth_of(std::size_t beam) const {
 
 std::vector<DirectFlux::Direction> DirectFlux::towards(std::size_t beam, std::size_t alike) const {
     const double turn = azimuth_of(beam);
-    const std::size_t groups = sample_.size() / images_, images = std::max<std::size_t>(1, images_ / alike),
-                      count = (beams_ > 1  ? 16
-                               : alike > 2 ? 256
-                                           : 64) /
+    const bool round = alike > 2;
+    const std::vector<Direction>& all = round ? round_ : sample_;
+    const std::size_t each = round ? 1 : images_, groups = all.size() / each,
+                      images = std::max<std::size_t>(1, each / alike),
+                      count = (beams_ > 1 ? 16
+                               : round    ? kRoundDirections
+                                          : 64) /
                               images,
                       every = std::max<std::size_t>(1, groups / count);
     // A round wafer has few places to look from, and at its axis all directions of one polar angle see the
@@ -224,7 +231,7 @@ std::vector<DirectFlux::Direction> DirectFlux::towards(std::size_t beam, std::si
             if (const std::size_t n = every / 2 + order[m] * every; n < groups)
                 for (std::size_t k = 0; k < pair; ++k) {
                     const std::size_t image = (first + (m % 2) * pair) % images + k;
-                    const Direction& sample = sample_[n * images_ + image];
+                    const Direction& sample = all[n * each + image];
                     directions.push_back({turned(sample.towards, turn), sample.weight});
                 }
     return directions;

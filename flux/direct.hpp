@@ -53,7 +53,7 @@ class DirectFlux {
 
     std::size_t beams_ = 1, images_ = 1, azimuths_ = 1;  // images: of a sample; azimuths: of the table
     double tilt_sine_ = 0.0, tilt_cosine_ = 1.0, azimuth_ = 0.0;  // of the first beam's axis
-    std::vector<Direction> sample_;           // towards the first beam, if its azimuth were 0
+    std::vector<Direction> sample_, round_;  // towards the first beam, if its azimuth were 0; on round wafers
     std::vector<std::vector<double>> scale_;  // by tally, by material or one for all
     std::vector<double> table_;               // by tally, azimuth and polar angle, at scale 1
 };

@@ -33,6 +33,7 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kUp = 0.9, kLevel = 0.1;  // of a normal's z: what faces up, what faces sideways
 constexpr int kDigits = 6;
 constexpr const char* kReport = "validation.json";
+constexpr const char* kSame = "same number";  // the role of a figure that the recipe was given
 // Flats are known to lie within this part of a grid spacing (tests/integration/profile_test.cpp); no length
 // is claimed to be better known.
 constexpr double kResolution = 0.1;
@@ -100,13 +101,17 @@ std::vector<double> figures_of(const ValidationCase& one, const CaseRun& made,
                                               .resume_command = options.resume_command,
                                               .warn = print_warning});
     seconds += run.summary["timing"]["total"].get<double>();  // as rounded as that of a run that was there
-    // What was traced has the sharp edges that a surface of several materials is saved without.
-    const fs::path traced = folder / "traced_0000.vtp";
-    const TriangleMesh start = surface::read_mesh(is_there(traced) ? traced : folder / "surface_0000.vtp");
+    // What was traced has the sharp edges that a surface of several materials is saved without, but no
+    // coverages.
+    const auto start = [&](const ReferenceFigure& figure) {
+        const fs::path traced = folder / "traced_0000.vtp";
+        const bool has = is_there(traced) && !figure.figure.starts_with("coverage_");
+        return surface::read_mesh(has ? traced : folder / "surface_0000.vtp");
+    };
     std::vector<double> figures;
     for (const std::size_t row : made.rows) {
         const ReferenceFigure& figure = one.figures[row];
-        figures.push_back((figure.is_of_surface() ? surface_figure(start, figure, recipe)
+        figures.push_back((figure.is_of_surface() ? surface_figure(start(figure), figure, recipe)
                            : figure.is_profile()
                                ? profile_figure((one.folder / figure.figure).string(), recipe, folder)
                                : figure_of(run.summary, figure.figure)) /
@@ -124,6 +129,7 @@ Json reading(const ReferenceFigure& figure, double ours, double coarse, double o
             {"unit", figure.unit},
             {"x", number_or_null(figure.x)},
             {"role", figure.role},
+            {"why", figure.why},
             {"ours", number_or_null(ours, kDigits)},
             {"noise", number_or_null(noise, 2)},
             {"grid", number_or_null(grid, 2)},
@@ -194,6 +200,24 @@ std::vector<ValidationCase> chosen(const std::vector<ValidationCase>& all,
     return names.empty() ? all : list;
 }
 
+// Why figures of a case lie outside of their bars, those of one reason together.
+std::string reasons(const Json& readings) {
+    std::vector<std::pair<std::string, std::string>> by_reason;  // and labels, in the order of the rows
+    for (const Json& reading : readings) {
+        if (reading.at("within_bars").get<bool>() || reading.at("role") == "fitted") continue;
+        const auto label = reading.at("label").get<std::string>(), why = reading.at("why").get<std::string>();
+        const auto same = std::ranges::find(by_reason, why, &std::pair<std::string, std::string>::first);
+        if (same == by_reason.end())
+            by_reason.emplace_back(why, label);
+        else
+            same->second += "; " + label;
+    }
+    std::string text;
+    for (const auto& [why, labels] : by_reason)
+        text += fmt::format("\nOutside: {}. {}\n", labels, why.empty() ? "Not explained." : why);
+    return text;
+}
+
 // The part of the page about a case. Throws Json::exception if the row is damaged.
 std::string section_of(const Json& row) {
     std::string title = row.at("title").get<std::string>();
@@ -220,10 +244,11 @@ std::string section_of(const Json& row) {
                                                : fmt::format("{}, {}", within, role));
     }
     const auto note = row.at("note").get<std::string>(), fitted = row.at("fitted").get<std::string>();
-    return page + fmt::format("\nReference: {}. Grid spacing {:.5g}.{}{}\n\n![{}](validation/{}.svg)\n",
-                              row.at("source"), row.at("grid_spacing"),
-                              fitted.empty() ? "" : fmt::format(" Fitted: {}.", fitted),
-                              note.empty() ? "" : " " + note, row.at("chart").at("title"), row.at("name"));
+    return page + reasons(row.at("readings")) +
+           fmt::format("\nReference: {}. Grid spacing {:.5g}.{}{}\n\n![{}](validation/{}.svg)\n",
+                       row.at("source"), row.at("grid_spacing"),
+                       fitted.empty() ? "" : fmt::format(" Fitted: {}.", fitted),
+                       note.empty() ? "" : " " + note, row.at("chart").at("title"), row.at("name"));
 }
 
 // The rows of the report that is there, by case, of those whose files are still the same.
@@ -248,24 +273,27 @@ std::map<std::string, Json> earlier_rows(const fs::path& folder, const std::vect
 // The page in Markdown: \p frame with all cases in place of its line CASES.
 std::string validation_page(const Json& validation, const std::string& frame) {
     std::string sections;
-    std::size_t figures = 0, within = 0, fitted = 0;
+    std::size_t figures = 0, within = 0, fitted = 0, same = 0;
     for (const Json& row : validation["cases"]) {
         sections += section_of(row);
         for (const Json& reading : row["readings"]) {
-            if (reading["role"] == "fitted") {
-                ++fitted;
-                continue;
-            }
+            fitted += reading["role"] == "fitted" ? 1 : 0;
+            same += reading["role"] == kSame ? 1 : 0;
+            if (reading["role"] == "fitted" || reading["role"] == kSame) continue;
             within += reading["within_bars"].get<bool>() ? 1 : 0;
             ++figures;
         }
     }
     const std::string mark = "CASES\n";
     const std::size_t at = std::min(frame.find(mark), frame.size());
+    std::string rest;
+    if (fitted > 0) rest += fmt::format(" {} more were fitted and are not counted.", fitted);
+    if (same > 0)
+        rest +=
+            fmt::format(" {} more are the same number that the recipe was given, and are not counted.", same);
     return fmt::format("{}Of {} figures of {} cases {} lie within.{}\n{}{}", frame.substr(0, at), figures,
-                       validation["cases"].size(), within,
-                       fitted > 0 ? fmt::format(" {} more were fitted and are not counted.", fitted) : "",
-                       sections, frame.substr(std::min(at + mark.size(), frame.size())));
+                       validation["cases"].size(), within, rest, sections,
+                       frame.substr(std::min(at + mark.size(), frame.size())));
 }
 
 // Writes the rows of this version into a table of all versions' figures. Rows of cases that are not in \p

@@ -21,11 +21,9 @@ namespace {
 
 // Columns of reference.csv and the members they fill.
 const std::vector<std::pair<std::string, std::string ReferenceFigure::*>> kTexts = {
-    {"figure", &ReferenceFigure::figure},
-    {"label", &ReferenceFigure::label},
-    {"unit", &ReferenceFigure::unit},
-    {"role", &ReferenceFigure::role},
-    {"where", &ReferenceFigure::where}};
+    {"figure", &ReferenceFigure::figure}, {"label", &ReferenceFigure::label},
+    {"unit", &ReferenceFigure::unit},     {"role", &ReferenceFigure::role},
+    {"why", &ReferenceFigure::why},       {"where", &ReferenceFigure::where}};
 const std::vector<std::pair<std::string, double ReferenceFigure::*>> kNumbers = {
     {"reference", &ReferenceFigure::reference},
     {"bar", &ReferenceFigure::bar},
@@ -92,7 +90,8 @@ ReferenceFigure read_row(const std::vector<std::string>& names, const std::vecto
     if (figure.figure.empty() || figure.label.empty() || figure.unit.empty() ||
         std::isnan(figure.reference + figure.bar))
         refuse(place, "a row needs values under figure, label, unit, reference and bar");
-    if (!figure.role.empty()) require_known(place, "role", figure.role, {"fitted", "held out"});
+    if (!figure.role.empty())
+        require_known(place, "role", figure.role, {"fitted", "held out", "same number"});
     if (figure.per == 0.0) refuse(place, "per is 0: it is what the figure is divided by");
     return figure;
 }

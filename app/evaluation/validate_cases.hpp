@@ -16,7 +16,8 @@ struct ReferenceFigure {
     std::string label, unit;            ///< for the page; the unit of a number is 1
     double reference = 0.0, bar = 0.0;  ///< what it should be, and how exact that is known
     std::string role;  ///< "fitted": a parameter was chosen to meet it; "held out": of the same data, not
-                       ///< used for that
+                       ///< used for that; "same number": what the recipe was given comes back
+    std::string why;   ///< one sentence: why a run's figure lies outside of the bars, if it does
     std::vector<std::string>
         settings{};  ///< KEY=VALUE: changes of the recipe for this row; rows with the same ones share a run
     double x = std::numeric_limits<double>::quiet_NaN();  ///< its place on the axis of the case's chart

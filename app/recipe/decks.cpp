@@ -146,6 +146,8 @@ class Fitting {
                 // Where the key has no default, the program asks for what lacks a number.
                 if (numbers == nullptr || (*numbers)->fallback) note_unknown(*values, inner + key.name);
                 const std::vector<std::string> idle = drop_idle(*values);
+                for (const std::string& name : idle)
+                    idle_.insert(fmt::format("{}{}.{}", inner, key.name, name));
                 if (values->empty() && key.rule.required)
                     fail_missing(
                         table, fmt::format("{}.{}{}", use_.path, inner, key.name),
@@ -173,6 +175,7 @@ class Fitting {
             read_key(*ranges, "range", {key, &ends, "", "", sized(2)}, {default_materials(), notes_});
             const std::size_t slash = key.find('/');
             const std::string above = key.substr(0, slash);
+            if (idle_.contains(above)) continue;
             double value = number(step, above), scale = factor_of(above);
             if (slash != std::string::npos) {
                 const std::string below = key.substr(slash + 1);
@@ -256,13 +259,14 @@ class Fitting {
                 material.name != "Mask")
                 unknown.push_back(material.name);
         if (deck && !unknown.empty() && !known.contains("default"))
-            notes_.push_back(fmt::format("{}.{}: chemistry {} has no number for {}: the key's default",
-                                         use_.path, key, use_.deck.name, fmt::join(unknown, ", ")));
+            notes_.push_back(
+                fmt::format("{}.{}: chemistry {} has no number for {}: give one, or the key's default holds",
+                            use_.path, key, use_.deck.name, fmt::join(unknown, ", ")));
     }
 
     const Use& use_;
     std::vector<std::string>& notes_;
-    std::set<std::string> materials_;
+    std::set<std::string> materials_, idle_;  // idle: keys of materials that the wafer never has
     bool every_material_;
     std::map<std::string, double> factors_;  // from the deck's units into the recipe's, by key
     double length_ = 1.0, time_ = 1.0;
@@ -278,7 +282,8 @@ void fit_deck(toml::table& root, const Use& use, std::vector<std::string>& notes
     Step keys;
     keys.model = table["model"].value<std::string>().value_or("");
     if (const ModelEntry* model = find_model(keys.model)) keys.parameters = model->defaults;
-    notes.push_back(fmt::format("{}.chemistry {}: {} ({})", use.path, use.deck.name, use.deck.title,
+    notes.push_back(fmt::format("{}.chemistry {}: {}{} ({})", use.path, use.deck.name, use.deck.title,
+                                use.deck.holds.empty() ? "" : "; holds for " + use.deck.holds,
                                 use.deck.file.string()));
     Fitting fitting(root, use, notes);
     fitting.fit(table, keys_of(keys));
@@ -291,6 +296,7 @@ Deck read_deck(const fs::path& file) {
     Deck deck{.name = file.stem().string(), .file = file};
     deck.tables = parse_toml(surface::read_whole_file(file), file.string());
     std::vector<Key> keys{{"title", &deck.title, "", "what it is for", required()},
+                          {"holds", &deck.holds, "", ""},
                           {"sources", &deck.sources, "", ""}};
     append_keys(keys, unit_keys(deck.units));
     std::vector<std::string> notes;

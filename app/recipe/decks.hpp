@@ -14,6 +14,7 @@ struct Deck {
     std::string name;  ///< of its file, without .toml
     std::filesystem::path file;
     std::string title, model;
+    std::string holds;  ///< in words: where its sources hold, the conditions that are no key among them
     std::vector<std::string> sources;
     Units units;         ///< of its numbers
     toml::table tables;  ///< all of the file: step, the keys that it gives one; range, where its sources

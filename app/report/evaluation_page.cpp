@@ -187,8 +187,9 @@ Page validation_page(const fs::path& folder, std::size_t /*bytes*/) {
         for (const Json& reading : one.at("readings")) {
             const std::string role = text_at(reading, "role");
             const bool is_within = reading.at("within_bars").get<bool>();
-            counted += role == "fitted" ? 0 : 1;
-            within += is_within && role != "fitted" ? 1 : 0;
+            const bool counts = role != "fitted" && role != "same number";
+            counted += counts ? 1 : 0;
+            within += is_within && counts ? 1 : 0;
             rows.push_back({one.at("name"), reading.at("label"), reading.at("unit"), reading.at("ours"),
                             reading.at("noise"), reading.at("grid"), reading.at("reference"),
                             reading.at("reference_bar"),

@@ -63,6 +63,8 @@ TEST_CASE("the guide's page of validation has every case, and no other") {
         INFO(one.name);
         CHECK(page.find("\n## " + one.name + "\n") != std::string::npos);
     }
+    // Every figure outside of its bars says why.
+    CHECK(page.find("Not explained.") == std::string::npos);
 }
 
 TEST_CASE("validate runs a case on two grids and tells what it finds, with source and bars") {
@@ -173,11 +175,13 @@ TEST_CASE(
     const OneCase one("even_film");
     test::write_bytes(one.table,
                       "# title: t\n# source: s\n# fitted: nothing but for show\n# x: rate\n"
-                      "figure,label,unit,reference,bar,x,role,per,set:step[0].rate,set:step[0].duration\n"
-                      "depth,\"a, whole\",um,8.5,0.05,1,fitted,1,,\n"
-                      "depth,half,um,4.625,0.05,2,held out,2,0.5,\n"
-                      "cd_at_5,walls of half,um,2.5,0.05,3,,1,0.5,\n"
-                      "depth,wrong,um,8.5,0,4,,1,0.5,1.0\n");
+                      "figure,label,unit,reference,bar,x,role,per,set:step[0].rate,set:step[0].duration,why\n"
+                      "depth,\"a, whole\",um,8.5,0.05,1,fitted,1,,,\n"
+                      "depth,half,um,4.625,0.05,2,held out,2,0.5,,Nothing is outside here.\n"
+                      "cd_at_5,walls of half,um,2.5,0.05,3,same number,1,0.5,,\n"
+                      "depth,wrong,um,8.5,0,4,,1,0.5,1.0,\"It is so, in a test.\"\n"
+                      "depth,wrong again,um,8.4,0,5,,1,0.5,1.0,\"It is so, in a test.\"\n"
+                      "depth,unknown,um,8.3,0,6,,1,0.5,1.0,\n");
     const std::string rest = "0.1.0,mine,depth,um,7,8,no\n";
     test::write_bytes(one.folder.path / "history.csv",
                       "version,case,figure,unit,ours,reference,within\n" + rest);
@@ -186,13 +190,13 @@ TEST_CASE(
         INFO(outcome.output);
         REQUIRE(outcome.exit_code == 0);
         const auto found = nlohmann::json::parse(outcome.output)["cases"][0];
-        REQUIRE(found["readings"].size() == 4);
-        const double expected[] = {8.5, 4.625, 2.5,
-                                   9.5};  // the floor is at 10, less the film; halved in the second row
-        for (std::size_t k = 0; k < 4; ++k)
+        REQUIRE(found["readings"].size() == 6);
+        const double expected[] = {8.5, 4.625, 2.5, 9.5,
+                                   9.5, 9.5};  // the floor is at 10, less the film; halved in the second row
+        for (std::size_t k = 0; k < 6; ++k)
             CHECK(found["readings"][k]["ours"].get<double>() == Approx(expected[k]).margin(0.03));
         CHECK(found["readings"][0]["role"] == "fitted");
-        CHECK(found["chart"]["series"][0]["points"].size() == 4);
+        CHECK(found["chart"]["series"][0]["points"].size() == 6);
         CHECK(found["chart"]["x"] == "rate");
     }
     // A run for each of the three settings, on the two grids.
@@ -200,8 +204,16 @@ TEST_CASE(
         CHECK(std::filesystem::exists(one.folder.path / "out" / run / "summary.json"));
     CHECK_FALSE(std::filesystem::exists(one.folder.path / "out" / "mine-4"));
     const std::string page = test::read_bytes(one.folder.path / "out/validation.md");
-    CHECK(page.find("Of 3 figures of 1 cases 2 lie within. 1 more were fitted") != std::string::npos);
+    CHECK(
+        page.find(
+            "Of 4 figures of 1 cases 1 lie within. 1 more were fitted and are not counted. 1 more are the same number") !=
+        std::string::npos);
+    CHECK(page.find(
+              "\n\nOutside: wrong; wrong again. It is so, in a test.\n\nOutside: unknown. Not explained.\n\n"
+              "Reference: ") != std::string::npos);
+    CHECK(page.find("Nothing is outside here.") == std::string::npos);
     CHECK(page.find("| yes, held out |") != std::string::npos);
+    CHECK(page.find("| yes, same number |") != std::string::npos);
     CHECK(page.find("| fitted |") != std::string::npos);
     CHECK(page.find("Fitted: nothing but for show.") != std::string::npos);
     CHECK(page.find("![mine](validation/mine.svg)") != std::string::npos);
@@ -211,11 +223,11 @@ TEST_CASE(
     for (std::size_t at = picture.find("<circle"); at != std::string::npos;
          at = picture.find("<circle", at + 1))
         ++circles;
-    CHECK(circles == 8);  // ours and the reference
+    CHECK(circles == 12);  // ours and the reference
     const std::string history = test::read_bytes(one.folder.path / "history.csv");
     CHECK(history.find(rest) != std::string::npos);
     CHECK(history.find(",mine,\"a, whole\",um,8.5") != std::string::npos);
-    CHECK(std::count(history.begin(), history.end(), '\n') == 6);  // no row twice
+    CHECK(std::count(history.begin(), history.end(), '\n') == 8);  // no row twice
     // Another file is not taken for a history, and stays.
     test::write_bytes(one.folder.path / "mine.csv", "a,b\n1,2\n");
     CHECK(one.validate(" --resume --history mine.csv").exit_code != 0);

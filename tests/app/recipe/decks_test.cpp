@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <fstream>
+#include <map>
 #include <set>
 
 #include "app/common/json.hpp"
@@ -30,7 +31,7 @@ namespace {
 
 // A figure of a deck's head, and what its numbers give.
 struct Figure {
-    std::string what, source;
+    std::string what, source, role;
     double value = 0.0, bar = 0.0, got = NAN;
 };
 
@@ -83,7 +84,7 @@ std::vector<Figure> figures_of(const Deck& deck) {
             wafer(materials, length, time) +
                 fmt::format("[[step]]\nchemistry = \"{}\"\nduration = 1.0\n", deck.file.string()),
             "deck.toml", overrides);
-        Figure figure{"", text(row, "source", ""),
+        Figure figure{"", text(row, "source", ""), text(row, "role", ""),
                       row[over.empty() ? "rate" : "selectivity"].value<double>().value(),
                       row["bar"].value<double>().value()};
         figure.got = rate_on(recipe, material);
@@ -111,11 +112,15 @@ TEST_CASE("every deck's blanket rates and selectivities lie within the bars of i
     for (const Deck& deck : decks) {
         INFO(deck.name);
         CHECK_FALSE(deck.sources.empty());
+        CHECK_FALSE(deck.holds.empty());
+        CHECK(deck.tables.contains("range"));
         const std::vector<Figure> figures = figures_of(deck);
         CHECK_FALSE(figures.empty());
         for (const Figure& figure : figures) {
             INFO(figure.what << ": " << figure.got << ", asked " << figure.value << " +- " << figure.bar);
             CHECK_FALSE(figure.source.empty());
+            CHECK_THAT(std::vector<std::string>({"", "same number", "fitted", "held out"}),
+                       Catch::Matchers::VectorContains(figure.role));
             CHECK(figure.bar < 0.5 * std::abs(figure.value));
             CHECK(std::abs(figure.got - figure.value) <= figure.bar);
         }
@@ -151,8 +156,21 @@ std::string picture_of(const Deck& deck) {
     return chart_svg(chart);
 }
 
+// How many of the decks' figures are proof of anything.
+std::string counts_of(const std::vector<std::vector<Figure>>& decks) {
+    std::map<std::string, int> by_role;
+    int all = 0;
+    for (const std::vector<Figure>& figures : decks)
+        for (const Figure& figure : figures) ++by_role[figure.role], ++all;
+    return fmt::format(
+        "\nOf {} figures of {} decks {} are of another measurement than the deck's numbers, or of another film or "
+        "tool, and {} were held out. {} are the same number that the deck was given: they show that the program "
+        "gives back what its deck says, and prove nothing of the wafer. To {} a number of the deck was fitted.\n",
+        all, decks.size(), by_role[""], by_role["held out"], by_role["same number"], by_role["fitted"]);
+}
+
 // The guide's part about a deck.
-std::string section_of(const Deck& deck) {
+std::string section_of(const Deck& deck, const std::vector<Figure>& figures) {
     std::string text = fmt::format("## {}\n\n{}. Model `{}`.\n\n", deck.name, deck.title, deck.model);
     text += fmt::format("![{0}](chemistry/{0}.svg)\n\n", deck.name);
     for (const std::string& source : deck.sources) text += fmt::format("- {}\n", source);
@@ -162,12 +180,12 @@ std::string section_of(const Deck& deck) {
             list += fmt::format("{}`{}` {:g} to {:g}", list.empty() ? "" : ", ", key.str(),
                                 range.as_array()->get(0)->value<double>().value(),
                                 range.as_array()->get(1)->value<double>().value());
-        text += fmt::format("\nA note tells when a step leaves {}.\n", list);
+        text += fmt::format("\nHolds for {}. A note tells when a step leaves {}.\n", deck.holds, list);
     }
-    text += "\n| figure | deck | source | bar | of |\n|---|---|---|---|---|\n";
-    for (const Figure& figure : figures_of(deck))
-        text += fmt::format("| {} | {:.3g} | {:g} | {:g} | {} |\n", figure.what, figure.got, figure.value,
-                            figure.bar, figure.source);
+    text += "\n| figure | deck | source | bar | role | of |\n|---|---|---|---|---|---|\n";
+    for (const Figure& figure : figures)
+        text += fmt::format("| {} | {:.3g} | {:g} | {:g} | {} | {} |\n", figure.what, figure.got,
+                            figure.value, figure.bar, figure.role, figure.source);
     return text;
 }
 
@@ -179,11 +197,16 @@ TEST_CASE("the guide's page of chemistries holds what the decks say and give") {
     REQUIRE(at != std::string::npos);
     std::string text = written.substr(0, at) + mark;
     const bool write = std::getenv("SIDEWALL_WRITE_DOCS") != nullptr;
-    for (const Deck& deck : shipped_decks()) {
+    const std::vector<Deck> decks = shipped_decks();
+    std::vector<std::vector<Figure>> figures(decks.size());
+    std::ranges::transform(decks, figures.begin(), figures_of);
+    text += counts_of(figures);
+    for (std::size_t k = 0; k < decks.size(); ++k) {
+        const Deck& deck = decks[k];
         const std::filesystem::path picture =
             page.parent_path() / "chemistry" / fmt::format("{}.svg", deck.name);
         if (write) std::ofstream(picture) << picture_of(deck);
-        text += "\n" + section_of(deck);
+        text += "\n" + section_of(deck, figures[k]);
         CHECK_THAT(surface::read_whole_file(picture), Contains("<title>" + deck.name + "</title>"));
     }
     if (write) std::ofstream(page) << text;
@@ -245,8 +268,14 @@ TEST_CASE(
     const auto notes = [](const std::string& step) {
         return fmt::format("{}", fmt::join(with_deck(step).notes, "\n"));
     };
-    CHECK_THAT(notes("chemistry = \"cl_si\"\n"),
-               Contains("step[0].chemistry cl_si: Chlorine ions") && !Contains("outside"));
+    CHECK_THAT(notes("chemistry = \"cl_si\"\n"), Contains("step[0].chemistry cl_si: Chlorine ions") &&
+                                                     Contains("; holds for 35 to 100 eV") &&
+                                                     !Contains("outside"));
+    CHECK_THAT(notes("chemistry = \"koh_30_70c\"\nr100 = 0.02\n"),
+               Contains("step[0].r100 = 0.02 lies outside 0.0125 to 0.0140833"));
+    // The deck's number of a material that is not on the wafer is none that the step could leave.
+    CHECK_THAT(notes("chemistry = \"bosch_etch\"\n"), !Contains("gives no number"));
+    CHECK_THAT(notes("chemistry = \"chf3_cf4_oxide\"\n"), !Contains("directional.PolySi"));
     CHECK_THAT(with_deck("chemistry = \"cl_si\"\n", {"step[0].species[1].energy=400"}).notes.back(),
                Contains("step[0].species[1].energy = 400 lies outside 35 to 100"));
     CHECK_THAT(notes("chemistry = \"sf6_o2_si\"\netchant_flux = 2200.0\n"),
