@@ -140,8 +140,7 @@ def compare(build, name, seeds, finer):
             for seed in range(1, seeds + 1):
                 out = Path(folder) / f"{form}{seed}"
                 command = [build / "sidewall", "run", CONFIGS / f"{recipe}.toml", "--quiet", "--threads", 1, "-o", out]
-                for setting in (*domain, f"domain.grid_spacing={spacing}", "flux.rays=0",
-                                "simplify.method=none",
+                for setting in (*domain, f"domain.grid_spacing={spacing}", "flux.rays=0", "simplify.method=none",
                                 "output.profiles=[]", f"flux.seed={seed}"):
                     command += ["--set", setting]
                 cpu[form].append(cpu_seconds_of(command))

@@ -130,7 +130,7 @@ TEST_CASE("a sphere and a torus about the axis shrink to second order in the gri
     for (const double spacing : {0.1, 0.05}) {
         const std::vector<std::string> grid{fmt::format("domain.grid_spacing={}", spacing)};
         const auto removed = [&](const std::string& body, double way) {
-            return summary(substrate + body + etch + fmt::format("duration = {}\n", way),
+            return summary(fmt::format("{}{}{}duration = {}\n", substrate, body, etch, way),
                            grid)["metrology"]["removed_volume_W"]
                 .get<double>();
         };
