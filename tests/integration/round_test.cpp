@@ -184,14 +184,19 @@ TEST_CASE("radiosity and tracing agree on a round wafer") {
 TEST_CASE("a round run has the same bits on one thread and several") {
     const test::Folder folder;
     test::write_bytes(folder.path / "round.toml", kRoundHole + kSticking + "[flux]\nrays = 20000\n");
-    std::vector<std::string> surfaces;
-    for (const std::string threads : {"1", "2"}) {
-        REQUIRE(test::run_program(folder.path, "run round.toml -o out" + threads + " --threads " + threads)
-                    .exit_code == 0);
-        surfaces.push_back(test::read_bytes(folder.path / ("out" + threads) / "surface_0001.vtp"));
+    for (const std::string method : {"monte-carlo", "radiosity"}) {
+        std::vector<std::string> surfaces;
+        for (const int threads : {1, 2}) {
+            const std::string out = fmt::format("{}{}", method, threads);
+            REQUIRE(test::run_program(folder.path,
+                                      fmt::format("run round.toml -o {} --threads {} --set flux.method={}",
+                                                  out, threads, method))
+                        .exit_code == 0);
+            surfaces.push_back(test::read_bytes(folder.path / out / "surface_0001.vtp"));
+        }
+        CHECK(!surfaces[0].empty());
+        CHECK(surfaces[0] == surfaces[1]);
     }
-    CHECK(!surfaces[0].empty());
-    CHECK(surfaces[0] == surfaces[1]);
 }
 
 TEST_CASE("a round run that was killed goes on to the same bits") {
