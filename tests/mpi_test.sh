@@ -42,7 +42,7 @@ PYTHON
 case $what in
 bytes)
     # Neutrals from above; ions and neutrals that need each other, by rays and by radiosity; radiosity with coverages; a
-    # round wafer, by rays with coverages, and by radiosity.
+    # round wafer, ions by rays and what their coverages take by radiosity.
     cp "$source"/configs/quick/{trench_deposition,formula_etch,ald_hole,contact_round}.toml .
     declare -A set=([trench_deposition]="--set step[0].duration=0.6" [formula_etch]="--set flux.method=radiosity --set step[0].duration=0.5" [ald_hole]="--set flux.method=radiosity --set step[0].duration=100" [contact_round]="--set step.etch.duration=2.0 --set step.liner.duration=0.2 --set step.fill.duration=0.1")
     for recipe in trench_deposition formula_etch ald_hole contact_round; do

@@ -186,8 +186,11 @@ std::string round_note(const Recipe& recipe) {
         return {};
     return fmt::format(
         "All is round about the middle: extent = [{:.4g}] and symmetry = \"axial\" in [domain] make it a profile in r "
-        "and z, which costs a small part of it.",
-        domain.extent[0]);
+        "and z, which costs a small part of it.{}",
+        domain.extent[0],
+        recipe.simplify.method == "auto" || recipe.simplify.method == "none"
+            ? ""
+            : " Leave [simplify] out of it: coarser elements of a line save nothing, and their fluxes move its walls.");
 }
 
 }  // namespace

@@ -18,6 +18,8 @@ namespace {
 // to 0.2 microseconds, and more in a program that solves once and touches all its memory for the first time.
 // And rays of an exchange's pilot.
 constexpr double kRayCost = 6.0, kRayCostOnce = 8.0, kPilotRays = 4096.0;
+// Past a surface of revolution the tracer has no packets: 0.25 microseconds a segment.
+constexpr double kRayCostRound = 2.0;
 constexpr double kMargin = 1.1;  // rays more than errors ask for, which scatter
 // Error from three halvings of the rays to that from one: the means of the roots of three squares and of one.
 constexpr double kOneHalving = 1.155;
@@ -252,10 +254,16 @@ MethodChoice choose_method(Exchange& exchange, const Species& species,
     // Errors and segments are the same on every machine, and so is the choice.
     const double growth = static_cast<double>(options.rays) / static_cast<double>(result.emitted);
     choice.target = options.relative_error.value_or(result.relative_error / std::sqrt(growth));
-    const double more = std::max(1.0, std::pow(result.relative_error / choice.target, 2.0));
+    // A trace to an error begins with so many rays.
+    const std::uint64_t least =
+        options.relative_error ? std::min(options.rays, first_round(s.geometry.mesh.triangles.size())) : 0;
+    const double more = std::max({1.0, static_cast<double>(least) / static_cast<double>(result.emitted),
+                                  std::pow(result.relative_error / choice.target, 2.0)});
     choice.monte_carlo_cost = more * static_cast<double>(result.segments);
     const auto cost = [&](double rays) {
-        return (once ? kRayCostOnce : kRayCost) *
+        return (s.geometry.revolution ? kRayCostRound
+                : once                ? kRayCostOnce
+                                      : kRayCost) *
                (rays * static_cast<double>(exchange.unknowns()) + kPilotRays);
     };
     choice.radiosity_cost = kSeldomLess * cost(kFirstRays);

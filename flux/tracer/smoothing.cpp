@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include "surface/error.hpp"
@@ -78,22 +79,43 @@ void add_samples(const TriangleMesh& mesh, std::uint32_t t, double longest, std:
         }
 }
 
-// Images of the samples within `radius` of a side.
+// Images of the samples of a sector, turned about the axis, within `radius` of the plane y = 0.
+void add_turned(const LateralBox& box, double radius, std::vector<Sample>& samples) {
+    const double step = 2.0 * std::atan(0.5 * (box.max[1] - box.min[1]) / box.max[0]);
+    const auto images = static_cast<int>(std::numbers::pi / step);
+    for (std::size_t s = 0, n = samples.size(); s < n; ++s)
+        for (int k = 1; k <= images; ++k)
+            for (const double turn : {k * step, -k * step}) {
+                const Eigen::AngleAxisd rotation(turn, Vec3::UnitZ());
+                Sample image = samples[s];
+                image.point = rotation * image.point;
+                if (std::abs(image.point.y()) > radius || image.point.x() < -radius) continue;
+                image.normal = rotation * image.normal;
+                samples.push_back(image);
+            }
+}
+
+// Images of the samples within `radius` of a side. A profile of one cell goes on for several.
 void add_images(const LateralBox& box, double radius, std::vector<Sample>& samples) {
+    if (box.axial) add_turned(box, radius, samples);
     for (int axis = 0; axis < 2; ++axis) {
         const auto a = static_cast<std::size_t>(axis);
-        if (box.boundary[a] == Boundary::open) continue;
+        if (box.boundary[a] == Boundary::open || (box.axial && axis == 1)) continue;
         const bool mirror = box.boundary[a] == Boundary::reflective;
         const double extent = box.max[a] - box.min[a];
+        const int images = mirror ? 1 : static_cast<int>(std::ceil(radius / extent));
         for (std::size_t s = 0, n = samples.size(); s < n; ++s)
             for (const bool upper : {false, true}) {
-                const double side = upper ? box.max[a] : box.min[a];
-                if (std::abs(samples[s].point[axis] - side) > radius) continue;
-                Sample image = samples[s];
-                image.point[axis] =
-                    mirror ? 2.0 * side - image.point[axis] : image.point[axis] + (upper ? -extent : extent);
-                if (mirror) image.normal[axis] = -image.normal[axis];
-                samples.push_back(image);
+                if (box.axial && !upper) continue;
+                for (int k = 1; k <= images; ++k) {
+                    const double side = upper ? box.max[a] : box.min[a], way = (k - 1) * extent;
+                    if (std::abs(samples[s].point[axis] - side) + way > radius) continue;
+                    Sample image = samples[s];
+                    image.point[axis] = mirror ? 2.0 * side - image.point[axis]
+                                               : image.point[axis] + (upper ? -k * extent : k * extent);
+                    if (mirror) image.normal[axis] = -image.normal[axis];
+                    samples.push_back(image);
+                }
             }
     }
 }

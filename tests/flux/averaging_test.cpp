@@ -5,6 +5,7 @@
 
 #include "surface/error.hpp"
 #include "tests/flux/flux_meshes.hpp"
+#include "tests/flux/revolved_mesh.hpp"
 
 using namespace sidewall;
 using namespace sidewall::flux;
@@ -45,6 +46,33 @@ TEST_CASE("an average over a disc: constants stay, a parabola rises by a quarter
         // Sampled in triangles of a quarter of the radius, the rim is ragged by a few per cent.
         if (within(kSheet.vertices[v], kRadius))
             CHECK(mean[v] - parabola[v] == Approx(kRadius * kRadius / 4.0).epsilon(0.1));
+}
+
+TEST_CASE("profiles, plain and round, are averaged over the disc that they stand for") {
+    // A tenth as thick as the disc, which a profile of one cell may be.
+    constexpr double kRadius = 0.2;
+    const TriangleMesh sheet = height_field(200, 1, kExtent, 0.02, [](auto, auto) { return 0.0; });
+    const Revolved disc({{0.0, 0.0}, {kExtent, 0.0}}, 0.01);
+    for (const bool round : {false, true}) {
+        const TriangleMesh& mesh = round ? disc.mesh : sheet;
+        const Wedges wedges = round ? disc.wedges : make_wedges(mesh);
+        std::vector<double> parabola(wedges.count()), errors(mesh.triangles.size(), 0.0);
+        for (std::size_t c = 0; c < wedges.corner.size(); ++c)
+            parabola[wedges.corner[c]] = std::pow(mesh.vertices[mesh.triangles[c / 3][c % 3]].x(), 2);
+        const LateralBox box =
+            round ? disc.box : lateral_box(mesh, {Boundary::reflective, Boundary::periodic});
+        const Unaveraged flux{parabola, errors};
+        const FluxField mean = averaged(mesh, box, wedges, {}, {&flux, 1}, kRadius).front();
+        for (std::size_t c = 0; c < wedges.corner.size(); ++c) {
+            const double x = mesh.vertices[mesh.triangles[c / 3][c % 3]].x();
+            if (x > kExtent - kRadius || (!round && x < kRadius)) continue;
+            const std::uint32_t w = wedges.corner[c];
+            CAPTURE(round, x);
+            // x^2 alone, or x^2 + y^2; the rim is ragged as above.
+            CHECK(mean.flux[w] - parabola[w] ==
+                  Approx(kRadius * kRadius * (round ? 0.5 : 0.25)).epsilon(0.1));
+        }
+    }
 }
 
 TEST_CASE("averages go on beyond the sides, mirrored or from the opposite one") {

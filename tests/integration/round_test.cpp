@@ -120,6 +120,27 @@ TEST_CASE("volumes of round wafers are those of the revolution") {
     CHECK(sphere == Approx(4.0 / 3.0 * kPi).epsilon(2e-3));
 }
 
+TEST_CASE("a sphere and a torus about the axis shrink to second order in the grid spacing") {
+    const std::string substrate = kRoundDomain + "[[layer]]\nmaterial = \"Si\"\ntop = -3.0\n",
+                      etch = "[[step]]\nmodel = \"isotropic\"\nrate = { W = -1.0, default = 0.0 }\n",
+                      sphere = "[[layer]]\nmaterial = \"W\"\nshape = \"sphere\"\nradius = 1.0\nz = 0.0\n",
+                      torus =
+                          "[[layer]]\nmaterial = \"W\"\nshape = \"cylinder\"\naxis = \"y\"\nradius = 0.4\n"
+                          "position = [1.0, 0.0]\nz = 0.0\n";
+    for (const double spacing : {0.1, 0.05}) {
+        const std::vector<std::string> grid{fmt::format("domain.grid_spacing={}", spacing)};
+        const auto removed = [&](const std::string& body, double way) {
+            return summary(fmt::format("{}{}{}duration = {}\n", substrate, body, etch, way),
+                           grid)["metrology"]["removed_volume_W"]
+                .get<double>();
+        };
+        const auto allowed = [&](double radius) { return 0.06 * std::pow(spacing / radius, 2); };
+        CAPTURE(spacing);
+        CHECK(removed(sphere, 0.4) == Approx(4.0 / 3.0 * kPi * (1.0 - 0.216)).epsilon(allowed(0.6)));
+        CHECK(removed(torus, 0.2) == Approx(2.0 * kPi * kPi * (0.16 - 0.04)).epsilon(allowed(0.2)));
+    }
+}
+
 TEST_CASE("a conformal film in a round hole is the offset of the hole") {
     const Json end = summary(kRoundHole + kConformal)["metrology"];
     // Walls and floor move by 0.4, the rim becomes a quarter of a torus about r = 1 (Pappus).
@@ -163,14 +184,19 @@ TEST_CASE("radiosity and tracing agree on a round wafer") {
 TEST_CASE("a round run has the same bits on one thread and several") {
     const test::Folder folder;
     test::write_bytes(folder.path / "round.toml", kRoundHole + kSticking + "[flux]\nrays = 20000\n");
-    std::vector<std::string> surfaces;
-    for (const std::string threads : {"1", "2"}) {
-        REQUIRE(test::run_program(folder.path, "run round.toml -o out" + threads + " --threads " + threads)
-                    .exit_code == 0);
-        surfaces.push_back(test::read_bytes(folder.path / ("out" + threads) / "surface_0001.vtp"));
+    for (const std::string method : {"monte-carlo", "radiosity"}) {
+        std::vector<std::string> surfaces;
+        for (const int threads : {1, 2}) {
+            const std::string out = fmt::format("{}{}", method, threads);
+            REQUIRE(test::run_program(folder.path,
+                                      fmt::format("run round.toml -o {} --threads {} --set flux.method={}",
+                                                  out, threads, method))
+                        .exit_code == 0);
+            surfaces.push_back(test::read_bytes(folder.path / out / "surface_0001.vtp"));
+        }
+        CHECK(!surfaces[0].empty());
+        CHECK(surfaces[0] == surfaces[1]);
     }
-    CHECK(!surfaces[0].empty());
-    CHECK(surfaces[0] == surfaces[1]);
 }
 
 TEST_CASE("a round run that was killed goes on to the same bits") {
