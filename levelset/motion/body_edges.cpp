@@ -103,8 +103,7 @@ bool ends_at(const StackValues& values, std::size_t layer, std::size_t bare_at_p
         const float depth = values.layer(layer, node) - top;
         if (depth <= touching) return;
         if (bare_at_point != layer) {
-            // Of a film of one cell between nodes its one node within lies on what it covers.
-            const std::size_t body = values.body(node, -touching);
+            const std::size_t body = values.body(node, touching);
             const bool film_alone =
                 body <= layer && layer + 1 < bare_at_point &&
                 values.layer(layer, node) <= values.layer(bare_at_point - 1, node) + touching;

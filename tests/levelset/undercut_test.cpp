@@ -101,33 +101,6 @@ TEST_CASE("a film on a mask's walls, however thin, keeps no front from setting o
         }
 }
 
-TEST_CASE("a film of a cell or more on silicon's own wall has a foot, wherever the wall lies on the grid") {
-    // The front goes round the film's foot on the side of the opening, then round the other one.
-    const double depth = 4.0, half = 8.0;
-    const Domain domain = make_domain({40.0, 2.0}, 1.0, {Side::reflective, Side::periodic});
-    for (const double film : {1.0, 1.1, 1.5, 2.0})
-        for (const double beside : {0.0, 0.3, 0.5, 0.8}) {
-            Shape silicon, covered;
-            silicon.kind = covered.kind = ShapeKind::trench;
-            silicon.position = covered.position = {beside, 0.0};
-            silicon.width = 2.0 * (half + film);
-            covered.width = 2.0 * half;
-            silicon.depth = 10.0;
-            covered.top = 4.0;
-            covered.depth = 14.0;
-            MaterialStack stack = make_stack(domain, {{0, silicon}, {1, covered}});
-            const auto volume = [&] { return test::volume_above_zero(*stack.layers[0].phi, domain) / 2.0; };
-            const double before = volume();
-            test::move(stack, depth, kDefaults,
-                       [](std::size_t layer, const Vec3&) { return layer == 0 ? -1.0 : 0.0; });
-            const double area = 2.0 * half * depth +
-                                0.5 * std::numbers::pi * (depth * depth + std::pow(depth - film, 2)),
-                         front = 2.0 * half + std::numbers::pi * (2.0 * depth - film);
-            CAPTURE(film, beside);
-            CHECK(before - volume() == Approx(area).margin(0.1 * front));
-        }
-}
-
 TEST_CASE("the quarter circle under a mask depends neither on the scheme nor on the time step") {
     const Opening opening{ShapeKind::trench, 0.0, 10.0, 6.0};
     const double area = 20.0 * 12.0 + 0.5 * std::numbers::pi * 144.0;
