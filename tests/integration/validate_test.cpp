@@ -153,7 +153,8 @@ TEST_CASE("a folder is a case: figures that its recipe does not ask for, a profi
     // The exact offset's walls, and its floor a hundredth too low.
     test::write_bytes(one.table.parent_path() / "walls.csv", "x,z\n-0.5,-5\n0.5,-5\n0.5,-4\n");
     test::write_bytes(one.table.parent_path() / "floor.csv", "x,z\n-0.2,-8.51\n0,-8.51\n0.2,-8.51\n");
-    test::write_bytes(one.table, table + "walls.csv,walls,um,0,0,,\nfloor.csv,\"floor, too low\",um,0.01,0,,\n");
+    test::write_bytes(one.table,
+                      table + "walls.csv,walls,um,0,0,,\nfloor.csv,\"floor, too low\",um,0.01,0,,\n");
     const test::Outcome outcome = one.validate(" --json -");
     INFO(outcome.output);
     REQUIRE(outcome.exit_code == 0);
