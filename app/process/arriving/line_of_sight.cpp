@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "flux/tracer/flight.hpp"
+
 namespace sidewall::app {
 namespace {
 
