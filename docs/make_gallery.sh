@@ -62,7 +62,7 @@ TABLE
 }
 
 # The recipe that a picture is of.
-drawn() { if gallery | grep -q "|$1|.*|quick\$"; then echo "configs/quick/$1.toml"; else echo "configs/$1.toml"; fi; }
+drawn() { if gallery | grep "|$1|.*|quick\$" >/dev/null; then echo "configs/quick/$1.toml"; else echo "configs/$1.toml"; fi; }
 
 # What decides a run: the recipe without the lines that are only comments.
 digest() { grep -v '^#' "$(drawn "$1")" | sha256sum | cut -c 1-16; }
@@ -126,7 +126,7 @@ check() {
     local bad=0 name size
     local said=$1
     while read -r name; do
-        gallery | grep -q "|$name|" || { echo "configs/$name.toml is not in the gallery: add its line to docs/make_gallery.sh"; bad=1; continue; }
+        gallery | grep "|$name|" >/dev/null || { echo "configs/$name.toml is not in the gallery: add its line to docs/make_gallery.sh"; bad=1; continue; }
         [ -f "$pictures/$name.png" ] || { echo "$pictures/$name.png is missing: run docs/make_gallery.sh $name"; bad=1; continue; }
         size=$(stat -c %s "$pictures/$name.png")
         [ "$size" -lt 100000 ] || { echo "$pictures/$name.png has $size bytes, 100,000 or more"; bad=1; }

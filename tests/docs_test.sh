@@ -32,11 +32,11 @@ test_links() {
             [[ $link == *#* ]] && anchor=${link#*#}
             if [ -n "$file" ]; then file=$(dirname "$page")/$file; else file=$page; fi
             [ -e "$file" ] || { echo "$page: $link leads nowhere"; bad=1; continue; }
-            [ -z "$anchor" ] || anchors "$file" | grep -qxF -- "$anchor" || { echo "$page: $link: no such heading"; bad=1; }
+            [ -z "$anchor" ] || anchors "$file" | grep -xF -- "$anchor" >/dev/null || { echo "$page: $link: no such heading"; bad=1; }
         done < <(links "$page")
     done
     for page in docs/*.md; do
-        [ "$page" = docs/README.md ] || links docs/README.md | grep -qxF "$(basename "$page")" ||
+        [ "$page" = docs/README.md ] || links docs/README.md | grep -xF "$(basename "$page")" >/dev/null ||
             { echo "docs/README.md does not list $page"; bad=1; }
     done
     while read -r size page; do
