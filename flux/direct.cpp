@@ -223,7 +223,7 @@ std::vector<DirectFlux::Direction> DirectFlux::towards(std::size_t beam, std::si
     std::vector<std::size_t> order{count - 1, 0};
     for (std::size_t step = count / 2; step > 0; step /= 2)
         for (std::size_t k = step; k + 1 < count; k += 2 * step) order.push_back(k);
-    // Of four images two that are each other's mirror image in x come first, of every other group those in y.
+    // Two of four images come first: the pair mirrored in x, and in every other group the pair mirrored in y.
     const std::size_t pair = std::min<std::size_t>(images, 2);
     std::vector<Direction> directions;
     for (std::size_t first = 0; first < images; first += pair)

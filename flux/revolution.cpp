@@ -50,7 +50,7 @@ void smooth_about_axis(const TriangleMesh& sector, const Wedges& wedges, const F
                        std::vector<double>& smooth, double resolution) {
     constexpr std::size_t kMostRings = 18, kFewestRings = 4;
     constexpr auto kNone = static_cast<std::size_t>(-1);
-    // Of the first triangle of a segment the corners are an end of each of its rings, in this order.
+    // The first two corners of a segment's first triangle lie on its first and its second ring.
     const auto ring = [&](std::size_t segment, std::size_t end) { return wedges.corner[6 * segment + end]; };
     const auto radius = [&](std::size_t segment, std::size_t end) {
         return sector.vertices[sector.triangles[2 * segment][end]].x();
@@ -226,7 +226,7 @@ void Revolution::meet(const Ray& ray, std::uint32_t segment, RingHit& best) cons
         if (!(t > 0.0 && t < best.distance)) continue;  // false of NaN, too
         const double r = std::sqrt(std::max(0.0, (ray.a * t + 2.0 * ray.b) * t + ray.c));
         const double z = ray.origin.z() + t * ray.direction.z();
-        // Of the cone's other half, unless that is as flat as this one.
+        // The hit is on the cone's other half, which is not there; a flat cone has no other half.
         if (square > kFlat && s.nr * (p + q * t) < 0.0) continue;
         const double along = ((r - s.r) * s.dr + (z - s.z) * s.dz) * s.inverse_square;
         if (!(along >= -s.slack && along <= 1.0 + s.slack)) continue;

@@ -94,7 +94,7 @@ void check_film(const IonBeam& p, const Redeposited& parts) {
                                 name, parts.most / parts.film_atoms));
 }
 
-// With redeposition_rate a hit gives off its yield, whatever the material loses by it.
+// A hit gives off redeposition_rate times its yield, which may be more than the material loses by it.
 std::vector<std::string> notes_on_rate(const Materials& materials, const Redeposited& parts, double growth) {
     constexpr double kRounding = 1e-6;
     std::vector<std::string> notes(materials.size());

@@ -69,10 +69,10 @@ struct SpeedHints {
     /// Bound of |V| where fluxes do not enter; of V(n) as a Hamiltonian, the sum of its |dH/dp|, if it is
     /// sharper.
     std::optional<double> max_speed;
-    /// To be set where V depends on the normal: the largest etch rate, 0 for none, at a point over all normals. Its
+    /// The largest etch rate at a point over all normals, 0 for none; must be set where V depends on the normal. The point's
     /// own normal is not read.
     std::function<double(const SurfacePoint&)> max_etch_rate;
-    /// By material: V is 0 there whatever arrives and whatever the normal. Empty: not known of any.
+    /// By material: whether V is 0 there whatever arrives and whatever the normal. Empty: not known for any material.
     std::vector<std::uint8_t> inert;
     /// The two numbers of V(n) = facing max(0, n . beam) + always at a point, whose own normal is not read; for models of that
     /// form, whose V need not be evaluated at every node and normal then.
@@ -86,8 +86,8 @@ struct Model {
     std::vector<flux::Species> species;
     /// The path of each species' keys in the step, e.g. "species[1]."; empty: beside the model's own.
     std::vector<std::string> species_keys;
-    /// By species: what comes straight from its source, by the surface's normal, of which V then is a function V(n); null
-    /// where that is not known. make_model sets it.
+    /// By species: the direct flux from the source as a function of the surface's normal, which makes V a function V(n); null
+    /// where the direct flux is not known. make_model sets it.
     std::vector<std::shared_ptr<const flux::DirectFlux>> direct;
     /// By species: mean free path in the gas in metres, which make_model (recipe/step_model.hpp) converts into
     /// Species::mean_free_path; 0, or no entry: as the species says.

@@ -147,7 +147,7 @@ void extend(RunState& state, const Recipe& recipe, const Recipe& began_with) {
     if (!finished || !longer) return;
     state.end_row.clear();
     state.step = last;
-    // Not later than the time, from which a start that is known to its rounding alone may differ.
+    // A step's start is known to its rounding; it is not later than the time.
     state.step_start =
         state.time_steps[last] == 0 ? state.time : std::min(state.time, state.starts[last] - state.epoch);
     state.starts.resize(last + 1);

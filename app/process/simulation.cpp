@@ -91,7 +91,7 @@ void close_step(const Run& run, const Step& step, const TriangleMesh& surface, R
     const GeometricStep* geometric = geometric_step(step.parameters);
     const std::optional<int> grown =
         geometric ? material_id(run.recipe.materials, geometric->material) : step.built->deposit;
-    // Of a caller's own law nothing is known.
+    // A caller's own law may let any material grow.
     const auto may_grow = [&](int material) { return run.options.speeds || grown == material; };
     end_step(state.stack, state.step, std::move(end), may_grow, state.history);
     if (levelset::drop_spent_layers(state.stack, state.history.layer_volumes))

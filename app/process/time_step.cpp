@@ -60,7 +60,7 @@ double way_to(const StopRule& rule, const Recipe& recipe, const levelset::Materi
     if (now.unit == length) return rule.figure == "depth" ? left : 0.5 * left;
     if (now.unit == volume_unit(recipe)) {
         const levelset::Domain& domain = stack.domain;
-        // Of a round wafer the area is at most what it would be if all of it lay at the radius.
+        // The area of a round wafer is at most what it would be if all of it lay at the radius.
         const double width = domain.axial ? share_of_turn(domain.max[1] - domain.min[1], domain.max[0])
                                           : width_of_strip(recipe);
         return left * width / total_area(surface);

@@ -239,7 +239,7 @@ class Fitting {
         return node == nullptr ? NAN : node->value<double>().value_or(NAN);
     }
 
-    // Of the key, or of the table by material that it is in.
+    // The factor of a key, or of the table by material that the key is in.
     double factor_of(const std::string& key) const {
         auto found = factors_.find(key);
         if (found == factors_.end()) found = factors_.find(key.substr(0, key.rfind('.')));

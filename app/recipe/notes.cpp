@@ -143,7 +143,7 @@ bool steps_can_be(const Recipe& recipe, const DomainSection& domain, const CanBe
     });
 }
 
-// Of a wafer that is the same at all y: what makes it a profile.
+// Proposes a profile where the wafer is the same at all y, and says how to write it.
 std::string profile_note(const Recipe& recipe) {
     DomainSection domain = recipe.domain;
     domain.extent[1] = 0.0;
@@ -165,7 +165,7 @@ std::string profile_note(const Recipe& recipe) {
         domain.extent[0], domain_of(recipe).cells[1]);
 }
 
-// Of a wafer that is round about its middle: what makes it a profile in r and z.
+// Proposes a profile in r and z where the wafer is round about its middle, and says how to write it.
 std::string round_note(const Recipe& recipe) {
     DomainSection domain = recipe.domain;
     const auto [shorter, longer] = std::minmax(domain.extent[0], domain.extent[1]);

@@ -140,7 +140,7 @@ struct Reader {
     }
     void operator()(std::string* target) const { *target = read_string(node, path, rule, reading); }
     void operator()(std::span<double> target) const {
-        // With a rule.size the last of two may be missing, which stands for 0.
+        // A rule with a size takes an array shorter by one, whose last number is 0.
         const toml::array* given = node.as_array();
         const bool fewer = rule.size > 0 && given != nullptr && given->size() == rule.size;
         const std::string of = rule.size > 0 ? fmt::format("numbers, or of {}", rule.size) : "numbers";

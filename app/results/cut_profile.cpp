@@ -270,7 +270,7 @@ double seam_depth(const Profile& surface, const Profile& below) {
     const Profile above = with_beyond(surface);
     const Floor floor = deepest_point(with_beyond(below), open), notch = deepest_point(above, open);
     if (!std::isfinite(notch.z) || !std::isfinite(floor.z)) return kNone;
-    // From the floor alone an even film has come no higher when its walls meet.
+    // An even film grown from the floor alone is half the width thick when the walls meet.
     const double width = opening(below, std::min(notch.z, half));
     if (!(notch.z - floor.z > 0.5 * width)) return kNone;
     constexpr double kNotch = 0.1;  // slope of both its sides

@@ -59,7 +59,7 @@ double slope_of(std::size_t count, double fewest, const Point& point) {
     return n >= fewest && spread > 0.0 ? (n * sxy - sx * sy) / spread : kNone;
 }
 
-// Of the half opening over z.
+// The angle of the line fitted to half the opening over z, in degrees; 90 for a vertical wall.
 double sidewall_angle(const Wall& wall) {
     const double slope = slope_of(wall.opening.size(), 3.0, [&](std::size_t k) {
         return std::pair(-(static_cast<double>(k) + 0.5) * wall.step, 0.5 * wall.opening[k]);
@@ -234,8 +234,8 @@ std::vector<Edge> edges_of(const std::vector<double>& half, double least) {
         if (height > least) edges.push_back({k, height});
     }
     std::ranges::sort(edges, std::greater(), &Edge::height);
-    // Of two or more edges the last one before the largest ratio to the next, which for the last of all is
-    // the least.
+    // Sorted by height, the list ends where the ratio of an edge to the next one is largest: what follows is
+    // noise. The last edge is compared with the least height. Two edges are kept at least.
     std::size_t count = edges.size();
     double widest = 0.0;
     for (std::size_t k = 2; k <= edges.size(); ++k) {
@@ -257,7 +257,7 @@ double usual_distance(const std::vector<Edge>& edges) {
     return *middle;
 }
 
-// Of edges less than a distance apart keeps the one that stands out most: the others are rests of film at it.
+// Keeps the highest of edges less than a distance apart: the others are rests of film beside it.
 void drop_beside(std::vector<Edge>& edges, double distance) {
     std::vector<Edge> kept;
     for (const Edge& edge : edges)

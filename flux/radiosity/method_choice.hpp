@@ -80,13 +80,13 @@ Exchange exchange_of(const SingleFlux& asked);
 /// By radiosity on the rays that \p exchange has and gathers. \throws as Exchange::gather and solve_flux.
 RadiosityFlux solve(const SingleFlux& asked, const MethodChoice& choice, Exchange& exchange);
 
-/// A flux, and how it was found. Of radiosity, rays between points stand for particles: as large a share of them counts as
-/// absorbed or escaped.
+/// A flux, and how it was found. With radiosity, rays between points stand for particles: the same share of them counts
+/// as absorbed or escaped.
 struct FoundFlux : FluxResult {
     bool radiosity = false;
     double escaped_fraction = 0.0;       ///< of the particles
     std::optional<MethodChoice> choice;  ///< of `auto`
-    // Of radiosity alone:
+    // What follows is for radiosity alone.
     double solve_seconds = 0.0;  ///< a part of `seconds`
     std::size_t unknowns = 0;
     std::uint64_t samples = 0, residual_rays = 0;

@@ -126,7 +126,7 @@ RoundFlight fly_round(const Geometry& geometry, const Vec3& position, const Vec3
         if (!hit && exit <= std::min(side, left)) {
             flight.end = rise > 0.0 ? FlightEnd::escaped : FlightEnd::leaked;
             if (rise > 0.0) return flight;
-            // It began in a hollow edge, behind the other face by the rounding of its start: it arrives
+            // A particle that starts in a hollow edge may lie behind the other face by rounding: it arrives
             // there.
             const RingHit slipped = geometry.revolution->nearest(position, kOverlap * geometry.skin);
             if (!slipped) return flight;

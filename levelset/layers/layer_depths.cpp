@@ -324,7 +324,7 @@ Reading LayerDepths::Reader::mean_reading(const Source& values, std::size_t laye
 
 float LayerDepths::Reader::depth_of(const Reading& reading) const {
     if (reading.depth > touching_) return reading.depth;
-    // In a layer, or at its end where the surface leaves it straight into the next one?
+    // The sample may lie in a layer, or at its end, where the surface leaves it straight into the next one.
     const float length = reading.surface_rise.norm();
     const float along = length > 0.0f ? -reading.rise.dot(reading.surface_rise) / (length * dx_) : 0.0f;
     if (along <= kStraight) return 0.0f;

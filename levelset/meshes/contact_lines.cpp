@@ -21,8 +21,8 @@ namespace {
 // thick: there both fronts lie on each other, and re-distancing moves them by a few hundredths.
 constexpr double kUnderside = 0.1;
 
-// Of a cell squared: an edge of the grid along which a mesh's level set changes by less than the root of this
-// runs along the mesh.
+// In cells squared. An edge of the grid runs along a mesh if the mesh's level set changes along it by less
+// than the root of this.
 constexpr double kAlong = 0.05;
 
 // In cells, how far from an edge between two fronts the line is looked for where one of them ends.

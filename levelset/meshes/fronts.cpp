@@ -18,7 +18,7 @@ namespace {
 // passes; where that ends two cells farther on, as at a trench's floor, it still is a plane.
 constexpr int kNodesAround = 2, kBuriedAround = 3, kNextAround = 1;
 
-// Of a distance that a plane is fitted to.
+// The least slope of a plane that is fitted to distances: an exact distance has 1.
 constexpr double kLeastSlope = 0.7;
 
 // The corners of a cell that both fronts pass through lie within two cells of either.

@@ -149,7 +149,7 @@ std::vector<EdgeNode> edge_nodes(const MaterialStack& stack, const Extension& ex
         const std::int32_t entry = SampleIndex::sample(entries[it.pos()]);
         if (entry < 0 || !(*it < 0.0f)) continue;
         const auto sample = static_cast<std::size_t>(entry);
-        // Else neither the node's body nor a lower one is near the surface there.
+        // A body begins here only if it, or a lower one, is near the surface.
         const auto depths = std::span(extension.thickness).subspan(sample * below, below);
         if (std::ranges::none_of(depths, [&](float depth) { return depth <= in_cells(kBeginsHere); }))
             continue;

@@ -77,8 +77,8 @@ struct Cells {
     }
 };
 
-// Of two triangles that are as near, the one to take: that which looks farther upwards, the floor beside a
-// wall, then the first.
+// Breaks the tie of two triangles that are equally near: the one that looks farther upwards goes first (the
+// floor beside a wall), then the one with the lower number.
 template <class Vertices>
 bool goes_first(const Vertices& vertices, std::span<const Triangle> triangles, std::uint32_t one,
                 std::uint32_t other) {

@@ -29,7 +29,7 @@ using Patch = Block<1>;
 // within sqrt(3)/2 of the front.
 constexpr double kNearCells = 0.9;
 
-// Of two nodes that are as near to a foot point, the one nearer to its own node is beside it.
+// A foot point midway between two nodes is rounded towards the node that it belongs to.
 constexpr double kToOwn = 1.0 - 1e-4;
 
 // A node's offset from another one, coded in a number from kFirstCode down to kLastCode.
@@ -45,8 +45,8 @@ openvdb::Coord decode(std::int32_t code) {
     return openvdb::Coord(number >> 2 * kBits, number >> kBits & mask, number & mask).offsetBy(-kMiddle);
 }
 
-// By node of a row: the unit gradient by central differences, zero where phi is flat, the foot point along it
-// less the node, in dx, and the code of that rounded.
+// For each node of a row: the unit gradient by central differences, zero where phi is flat, the foot point
+// along it less the node, in dx, and the code of that rounded.
 struct Feet {
     std::array<std::array<double, kLanes>, 3> normal, foot;
     std::array<std::int32_t, kLanes> code;

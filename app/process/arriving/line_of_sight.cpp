@@ -140,8 +140,8 @@ bool in_line_of_sight(const TracedSurface& surface, const Vec3& point, const Vec
         surface.box.max[1] - surface.box.min[1] < 1.5 * spacing)
         path.y() = 0.0;
     if (surface.columns) {
-        // From below a ceiling that meets the surface here: raised into it, the point would no longer lie
-        // under it.
+        // The point is lowered, as a ceiling may meet the surface here: raised into the ceiling, the point
+        // would no longer lie under it.
         position.z() -= 2e-2 * spacing;
         return surface.columns->open_above(position);
     }

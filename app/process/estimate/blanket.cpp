@@ -106,7 +106,7 @@ std::string meaning(const StepMaterials& here, const std::vector<BlanketRate>& r
     return words;
 }
 
-// Of the material that is etched fastest to the others.
+// The selectivity of the material that is etched fastest to each of the others.
 std::string selectivities(const std::vector<BlanketRate>& rates, const Recipe& recipe) {
     const auto fastest = std::ranges::min_element(rates, {}, &BlanketRate::rate);
     if (fastest == rates.end() || !(fastest->rate < 0.0)) return {};
@@ -128,7 +128,7 @@ double lowest_at_start(const Recipe& recipe) {
                    recess = layer.shape == "trench" || layer.shape == "hole";
         if (layer.subtract || !(flat || recess)) return -kInfinity;
         const double top = layer.top.value_or(0.0);  // a stack's lies higher
-        // Of a recess without a depth the floor is the layer below.
+        // The floor of a recess without a depth is the layer below.
         lowest = std::min(lowest, recess && layer.depth ? top - *layer.depth : top);
     }
     return lowest;

@@ -282,7 +282,7 @@ void RunFolder::save(RunState& state, const Model& model, const TracedSurface& s
     if (writes_) {
         require_there();
         write_meshes(state, model, surface, after);
-        // Of the surface as it is saved, which has no sharp edges where materials meet.
+        // Profiles are cut from the surface as it is saved, without sharp edges where materials meet.
         const bool one_layer = state.stack.layers.size() == 1;
         write_profiles(
             one_layer ? surface.raw : levelset::extract_surface(state.stack, surface::SharpEdges::none),
