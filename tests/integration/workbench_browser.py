@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""The workbench in headless Chromium: workbench_browser.py PROGRAM FOLDER [PICTURE.png]
+"""The workbench in headless Chromium: workbench_browser.py PROGRAM FOLDER [PICTURE.png [PICTURES]]
 
-Drives the page through the browser's DevTools pipe as a user does, in FOLDER, and prints what it found as JSON.
+Drives the page through the browser's DevTools pipe as a user does, in FOLDER, and prints what it found as JSON; PICTURES_masks.png shows masks as they are drawn.
 Exit code 77: Chromium is missing or does not start here.
 """
 import base64
@@ -111,7 +111,7 @@ class Browser:
             raise RuntimeError(f"{expression}: {result['exceptionDetails']}")
         return result["result"].get("value")
 
-    def until(self, expression, seconds=60):
+    def until(self, expression, seconds=240):
         end = time.time() + seconds
         while time.time() < end:
             value = self.js(expression)
@@ -125,6 +125,12 @@ class Browser:
         for kind in ("rawKeyDown", "keyUp"):
             self.send("Input.dispatchKeyEvent", type=kind, key=key, code=code, windowsVirtualKeyCode=number,
                       modifiers=modifiers)
+
+    def drag(self, places):
+        """Presses the mouse at the first of these places of the window and releases it at the last."""
+        for k, (x, y) in enumerate([places[0], *places, places[-1]]):
+            kind = "mousePressed" if k == 1 else "mouseReleased" if k == len(places) + 1 else "mouseMoved"
+            self.send("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=int(0 < k <= len(places)), clickCount=1)
 
     def type(self, text):
         self.send("Input.insertText", text=text)
@@ -154,9 +160,10 @@ ROWS = "[...document.querySelectorAll('.runs tbody tr')]"
 
 def put_cursor(page, line, text):
     """Replaces a line of the editor by typing."""
-    page.js(f"{EDITOR}.mirror.focus(); {EDITOR}.mirror.setSelection({{line: {line}, ch: 0}}, {{line: {line}, ch: 1000}});"
-            "new Promise((done) => setTimeout(done, 100))")  # until the browser's own selection follows
+    page.until(f"(() => {{ const cm = {EDITOR}.mirror; cm.focus(); cm.setSelection({{line: {line}, ch: 0}}, {{line: {line}, ch: 1000}});"
+               f"return cm.hasFocus() && getSelection().toString() === cm.getLine({line}); }})()")  # the browser's own selection has followed
     page.type(text)
+    page.until(f"{EDITOR}.mirror.getLine({line}) === {json.dumps(text)}")  # the editor has read it
 
 
 def press(page, text):
@@ -190,7 +197,8 @@ def edit(page, found):
     page.until("document.querySelector('.CodeMirror .problem').textContent.includes('not valid TOML')")
     found["no_toml_at"] = page.js(f"(() => {{ const at = {EDITOR}.fault.find().from; return [at.line, at.ch]; }})()") == [width, 12]
     put_cursor(page, width, "wi")
-    page.js(f"{EDITOR}.mirror.setCursor({{line: {width}, ch: 2}})")
+    page.js(f"{EDITOR}.mirror.closeHint(); {EDITOR}.mirror.focus(); {EDITOR}.mirror.setCursor({{line: {width}, ch: 2}})")
+    page.until(f"{EDITOR}.mirror.hasFocus() && !document.querySelector('.CodeMirror-hint')")
     page.key(" ", "Space", 32, CONTROL)
     found["completed"] = page.until("[...document.querySelectorAll('.CodeMirror-hint b')].map((x) => x.textContent).join()")
     page.js(f"{EDITOR}.mirror.closeHint(); {EDITOR}.mirror.getInputField().blur(); new Promise((done) => setTimeout(done, 300))")
@@ -320,6 +328,70 @@ def other_files(page, found, folder):
     found["chemistry"] = page.js(f"{EDITOR}.text.includes('chemistry = ')")
 
 
+def inserted(before, after):
+    """What a text has more than before, in one place; None if it differs otherwise."""
+    begin = os.path.commonprefix([before, after])
+    rest = before[len(begin):]
+    return after[len(begin):len(after) - len(rest)] if after.endswith(rest) else None
+
+
+def masks(page, found):
+    """Masks drawn by the mouse, by the keyboard and at a profile, each of which the editor's undo takes away."""
+    page.until("Sidewall.workbench.open('small.toml').then(() => true)")
+    before, text = page.js(f"{EDITOR}.text"), f"{EDITOR}.text"
+    form, outlines = "document.querySelector('.masks')", "((Sidewall.viewer || {}).outlines || { children: [] }).children.length"
+
+    def undo():
+        page.js(f"{EDITOR}.mirror.focus()")
+        page.key("z", "KeyZ", 90, CONTROL)
+
+    def draw(*shares):
+        page.js("window.scrollTo(0, 0)")
+        x, y, w, h = page.js("(() => { const r = Sidewall.viewer.canvas.getBoundingClientRect(); return [r.x, r.y, r.width, r.height]; })()")
+        page.drag([(x + a * w, y + b * h) for a, b in shares])
+
+    def press_draw():
+        page.js(f"{form}.open = true; [...{form}.querySelectorAll('button')].find((b) => b.textContent.startsWith('Draw')).click()")
+        page.until("document.querySelector('.pane.drawing') && Sidewall.viewer.aspect > 0 && Sidewall.viewer.fitted.name !== '3-D'")
+
+    page.until(f"{outlines} === 0 && Sidewall.viewer.aspect > 0")
+    press_draw()
+    draw((0.4, 0.45), (0.5, 0.5), (0.6, 0.55))
+    page.until(f"{outlines} === 1")
+    found["drawn"] = inserted(before, page.js(text))
+    draw((0.65, 0.45), (0.7, 0.5), (0.75, 0.55))
+    page.until(f"{outlines} === 2")
+    found["drawn_twice"] = inserted(before, page.js(text))
+    if len(sys.argv) > 4:
+        page.picture(sys.argv[4] + "_masks.png")
+    page.key("Escape", "Escape", 27)
+    undo()
+    page.until(f"{outlines} === 1")
+    undo()
+    page.until(f"{outlines} === 0")
+    found["undone"] = page.js(text) == before
+    # By the keyboard, and what stays instead of what is open.
+    page.js(f"for (const [name, v] of Object.entries({{ 'x from': -0.5, 'x to': 0.25, 'y from': -0.2, 'y to': 0.3, thickness: 0.2 }}))"
+            f"  {form}.querySelector(`[aria-label='${{name}}']`).value = v; {form}.querySelector('select').selectedIndex = 1;"
+            f"{form}.querySelector(`[aria-label='y to']`).focus()")
+    page.key("Enter", "Enter", 13)
+    page.until(f"{outlines} === 1")
+    found["by_fields"] = inserted(before, page.js(text))
+    undo()
+    page.until(f"{outlines} === 0")
+    put_cursor(page, 2, "extent = [2.0]")
+    profile = page.js(text)
+    page.until("Sidewall.viewer && Sidewall.viewer.max[1] - Sidewall.viewer.min[1] < 0.1")
+    press_draw()
+    draw((0.4, 0.3), (0.45, 0.4), (0.5, 0.3))
+    page.until(f"{outlines} === 1 && !document.querySelector('.CodeMirror .problem')")
+    found["interval"] = inserted(profile, page.js(text))
+    if len(sys.argv) > 4:
+        page.picture(sys.argv[4] + "_interval.png")
+    page.key("Escape", "Escape", 27)
+    page.js(f"{form}.open = false")
+
+
 def sweep(page, found):
     page.until("Sidewall.workbench.open('small.toml').then(() => true)")
     line = next(k for k, text in enumerate(SMALL.splitlines()) if text.startswith("sticking"))
@@ -392,7 +464,7 @@ def fit(page, found, folder):
                               "Number(document.querySelector('.interval b').textContent)]")
 
 
-def compare(page, found):
+def compare(page, found, folder):
     put_cursor(page, duration_line(RECIPE), "duration = 0.3")
     page.until("Sidewall.workbench.state.dirty")
     press(page, "Run")
@@ -407,6 +479,13 @@ def compare(page, found):
     drop(page, "measured.csv", "x [nm],z [nm]\n" + "".join(f"{x},100\n" for x in range(-1000, -500, 100)))
     page.until(f"{lines}.includes('measured.csv')")
     found["dots"] = page.until("document.querySelectorAll('.results figure.shape .series circle').length")
+    # One of the folder is chosen from a list.
+    with open(f"{folder}/older.csv", "w") as file:
+        file.write("x [nm],z [nm]\n0,100\n10,100\n")
+    page.until("(() => { const list = document.querySelector('[aria-label=\"measured profile\"]');"
+               "if (![...list.options].some((o) => o.value === 'older.csv')) return false;"
+               "list.value = 'older.csv'; list.dispatchEvent(new Event('change')); return true; })()")
+    page.until(f"{lines}.includes('older.csv')")
 
 
 def main():
@@ -434,9 +513,10 @@ def main():
         edit(page, found)
         leave(page, found, address, folder)
         run_stop_resume(page, found)
-        compare(page, found)
+        compare(page, found, folder)
         fit(page, found, folder)
         sweep(page, found)
+        masks(page, found)
         conflict(page, found, folder)
         other_files(page, found, folder)
         layout(page, found)
