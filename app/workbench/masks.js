@@ -3,6 +3,9 @@
 (() => {
   const { el } = Sidewall, kHeader = /^[ \t]*\[\[?[ \t]*([A-Za-z_][\w.]*)[ \t]*\]\]?/gm;
 
+  const round = (v) => Number(v.toPrecision(9));
+  const polygon = ([x0, x1], [y0, y1]) => `{ points = [${[x0, y0, x1, y0, x1, y1, x0, y1].map(round).join(", ")}] }`;
+
   // Where the bracket that is open before a place of the text is closed; -1: nowhere.
   const closing = (text, at) => {
     for (let depth = 1; at < text.length; ++at)
@@ -10,28 +13,34 @@
     return -1;
   };
 
-  // What is written into a recipe, and where: one polygon more if its last layer is a mask, else a mask over that layer.
-  Sidewall.maskEdit = (text, corners, { material, thickness, stays }) => {
-    const polygon = `{ points = [${corners.join(", ")}] }`, headers = [...text.matchAll(kHeader)];
-    const last = headers.map((header) => header[1]).lastIndexOf("layer");
+  // The keys of a mask: at a profile a film with a slot or, if that is the last layer, a slot more in it, or a ridge.
+  const lines = ([x0, x1], y, { material, thickness, stays }, own) => {
+    const place = [`width = ${round(x1 - x0)}`, `position = [${round((x0 + x1) / 2)}, 0.0]`], film = `material = "${material}"`;
+    if (y) return [film, 'shape = "mask"', `thickness = ${thickness}`, ...(stays ? ["openings = false"] : []), `polygons = [${polygon([x0, x1], y)}]`];
+    if (stays) return [film, 'shape = "fin"', `height = ${thickness}`, ...place];
+    return /^\s*shape\s*=\s*"trench"/m.test(own) && /^\s*(thickness|subtract)\s*=/m.test(own)
+      ? ["subtract = true", 'shape = "trench"', `depth = ${thickness}`, ...place] : [film, 'shape = "trench"', `thickness = ${thickness}`, ...place];
+  };
+
+  // What is written into a recipe, and where: one polygon more if its last layer is a mask, else a layer over that one. Without y: a profile.
+  Sidewall.maskEdit = (text, x, y, mask) => {
+    const headers = [...text.matchAll(kHeader)], last = headers.map((header) => header[1]).lastIndexOf("layer");
     const next = headers.slice(last + 1).find(([, name]) => last < 0 ? name.startsWith("step") : !name.startsWith("layer."));
-    const begin = last < 0 ? 0 : headers[last].index, end = next ? next.index : text.length, own = text.slice(begin, end);
-    const list = last >= 0 && /^\s*shape\s*=\s*"mask"/m.test(own) && /^\s*polygons\s*=\s*\[/m.exec(own);
+    const begin = last < 0 ? 0 : headers[last].index, end = next ? next.index : text.length, own = last < 0 ? "" : text.slice(begin, end);
+    const list = y && /^\s*shape\s*=\s*"mask"/m.test(own) && /^\s*polygons\s*=\s*\[/m.exec(own);
     const close = list ? closing(text, begin + list.index + list[0].length) : -1;
     const before = text.slice(0, Math.max(close, 0)).trimEnd();
     if (close >= 0 && close < end && !before.slice(before.lastIndexOf("\n") + 1).includes("#"))
-      return { at: before.length, added: (/[[,]$/.test(before) ? " " : ", ") + polygon };
+      return { at: before.length, added: (/[[,]$/.test(before) ? " " : ", ") + polygon(x, y) };
     // Comments right above the next section are about it.
     const above = next ? text.slice(0, end).replace(/(\n[ \t]*#[^\n]*)+\n$/, "\n") : text;
-    return { at: above.trimEnd().length,
-             added: `\n\n[[layer]]\nmaterial = "${material}"\nshape = "mask"\nthickness = ${thickness}\n` +
-                    `${stays ? "openings = false\n" : ""}polygons = [${polygon}]` };
+    return { at: above.trimEnd().length, added: `\n\n[[layer]]\n${lines(x, y, mask, own).join("\n")}` };
   };
 
   // The form, which draws in a pane with a viewer into an editor's recipe.
   Sidewall.maskForm = ({ pane, editor }) => {
     const { field } = Sidewall, x = [field("x from", 6), field("x to", 6)], y = [field("y from", 6), field("y to", 6)];
-    const thickness = field("thickness", 5), material = field("material", 9, "Resist"), depth = el("span", {}, ...y.map((f) => f.row));
+    const thickness = field("thickness", 5), material = field("material", 9, "Resist");
     const kind = el("select", { "aria-label": "polygons" }, el("option", {}, "open there"), el("option", {}, "there alone"));
     const note = el("output", {}), line = new THREE.LineLoop(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: 0xd0342c, depthTest: false }));
     const flat = () => /^\s*extent\s*=\s*\[[^,\]]*,?\s*\]|^\s*\[cut\]/m.test(editor().text);
@@ -40,16 +49,16 @@
     let drawing = false, from = null;
 
     const insert = () => {
-      const [x0, x1] = values(x), wide = flat(), [y0, y1] = wide ? [-(x1 - x0), x1 - x0] : values(y);
-      if (!(x1 > x0 && y1 > y0 && Number(thickness.input.value) > 0)) {
+      const at = [values(x), ...(flat() ? [] : [values(y)])];
+      if (!(at.every(([low, high]) => high > low) && Number(thickness.input.value) > 0)) {
         note.textContent = "A mask needs two places in each direction, and a thickness.";
         return;
       }
       note.textContent = "";
-      const { mirror } = editor(), { at, added } = Sidewall.maskEdit(mirror.getValue(), [x0, y0, x1, y0, x1, y1, x0, y1].map((v) => Number(v.toPrecision(9))), {
+      const { mirror } = editor(), edit = Sidewall.maskEdit(mirror.getValue(), at[0], at[1], {
         material: material.input.value.replace(/["\\]/g, ""), thickness: Number(thickness.input.value), stays: kind.selectedIndex === 1 });
-      mirror.replaceRange(added, mirror.posFromIndex(at), undefined, "mask");
-      mirror.setCursor(mirror.posFromIndex(at + added.length));
+      mirror.replaceRange(edit.added, mirror.posFromIndex(edit.at), undefined, "mask");
+      mirror.setCursor(mirror.posFromIndex(edit.at + edit.added.length).line, 0);
       mirror.focus();
     };
 
@@ -62,7 +71,7 @@
       const hit = ray.ray.intersectPlane(plane, new THREE.Vector3()), step = 10 ** Math.floor(Math.log10((max[0] - min[0]) / 100));
       return hit && ["x", "y"].map((axis, k) => {
         const at = Math.min(Math.max(hit[axis] * size + middle[k], min[k]), max[k]);
-        return Number((step * Math.round(at / step)).toPrecision(9));
+        return round(step * Math.round(at / step));
       });
     };
     const show = (to) => {
@@ -99,14 +108,14 @@
     addEventListener("keydown", (event) => event.key === "Escape" && drawing && draw(false));
 
     const form = el("details", { class: "study masks" }, el("summary", {}, "Draw a mask"),
-      el("div", { class: "row" }, toggle, ...x.map((f) => f.row), depth),
+      el("div", { class: "row" }, toggle, ...[...x, ...y].map((f) => f.row)),
       el("div", { class: "row" }, material.row, thickness.row, kind, button("Insert", insert)), note);
     form.addEventListener("keydown", (event) => event.key === "Enter" && event.target.type === "text" && insert());
     form.addEventListener("toggle", () => { if (form.open) form.aim(); else draw(false); });
     // Turns the viewer so that one can draw, all of the wafer in sight.
     form.aim = () => {
       const v = viewer();
-      depth.hidden = flat();
+      for (const { row } of y) row.hidden = flat();
       if (v && !thickness.input.value) thickness.input.value = Number(((v.max[0] - v.min[0]) / 10).toPrecision(1));
       if (!v || !drawing || from) return;
       const cut = pane.querySelector("select[aria-label=cut]");

@@ -30,6 +30,7 @@ using Seconds = std::chrono::seconds;
 constexpr std::uint32_t kMostHeader = 16'384;
 constexpr std::uint64_t kMostBody = 4'000'000;
 constexpr std::size_t kMostHeld = 24'000'000;  // bytes of all requests and answers
+constexpr std::size_t kLittle = 100'000;       // one of so many bytes is answered however many are held
 constexpr std::size_t kCopies = 3;             // of a request: its bytes, their JSON, and what is made of it
 constexpr int kMostConnections = 64;
 constexpr std::size_t kThreads = 16;  // two of which may ask the program
@@ -221,7 +222,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     // Counts so many bytes in place of those before; false if all connections together would hold too many.
     bool hold(std::size_t bytes) {
         shared_.held -= std::exchange(held_, 0);
-        if ((shared_.held += bytes) <= kMostHeld || bytes == 0) {
+        if ((shared_.held += bytes) <= kMostHeld || bytes <= kLittle) {
             held_ = bytes;
             return true;
         }

@@ -155,6 +155,7 @@ class Browser:
 
 CONTROL = 2
 EDITOR = "Sidewall.workbench.editor"
+VIEWER = "document.querySelector('.pane').viewer"
 ROWS = "[...document.querySelectorAll('.runs tbody tr')]"
 
 
@@ -339,7 +340,7 @@ def masks(page, found):
     """Masks drawn by the mouse, by the keyboard and at a profile, each of which the editor's undo takes away."""
     page.until("Sidewall.workbench.open('small.toml').then(() => true)")
     before, text = page.js(f"{EDITOR}.text"), f"{EDITOR}.text"
-    form, outlines = "document.querySelector('.masks')", "((Sidewall.viewer || {}).outlines || { children: [] }).children.length"
+    form, outlines = "document.querySelector('.masks')", f"(({VIEWER} || {{}}).outlines || {{ children: [] }}).children.length"
 
     def undo():
         page.js(f"{EDITOR}.mirror.focus()")
@@ -347,14 +348,14 @@ def masks(page, found):
 
     def draw(*shares):
         page.js("window.scrollTo(0, 0)")
-        x, y, w, h = page.js("(() => { const r = Sidewall.viewer.canvas.getBoundingClientRect(); return [r.x, r.y, r.width, r.height]; })()")
+        x, y, w, h = page.js(f"(({{ x, y, width, height }}) => [x, y, width, height])({VIEWER}.canvas.getBoundingClientRect())")
         page.drag([(x + a * w, y + b * h) for a, b in shares])
 
     def press_draw():
         page.js(f"{form}.open = true; [...{form}.querySelectorAll('button')].find((b) => b.textContent.startsWith('Draw')).click()")
-        page.until("document.querySelector('.pane.drawing') && Sidewall.viewer.aspect > 0 && Sidewall.viewer.fitted.name !== '3-D'")
+        page.until(f"document.querySelector('.pane.drawing') && {VIEWER} && {VIEWER}.aspect > 0 && {VIEWER}.fitted.name !== '3-D'")
 
-    page.until(f"{outlines} === 0 && Sidewall.viewer.aspect > 0")
+    page.until(f"{outlines} === 0 && {VIEWER} && {VIEWER}.aspect > 0")
     press_draw()
     draw((0.4, 0.45), (0.5, 0.5), (0.6, 0.55))
     page.until(f"{outlines} === 1")
@@ -381,10 +382,11 @@ def masks(page, found):
     page.until(f"{outlines} === 0")
     put_cursor(page, 2, "extent = [2.0]")
     profile = page.js(text)
-    page.until("Sidewall.viewer && Sidewall.viewer.max[1] - Sidewall.viewer.min[1] < 0.1")
+    page.until(f"{VIEWER} && {VIEWER}.max[1] - {VIEWER}.min[1] < 0.1")
+    page.js(f"{form}.querySelector('select').selectedIndex = 0")
     press_draw()
     draw((0.4, 0.3), (0.45, 0.4), (0.5, 0.3))
-    page.until(f"{outlines} === 1 && !document.querySelector('.CodeMirror .problem')")
+    page.until(f"{VIEWER}.section.materials.some((m) => m.name === 'Resist')")
     found["interval"] = inserted(profile, page.js(text))
     if len(sys.argv) > 4:
         page.picture(sys.argv[4] + "_interval.png")

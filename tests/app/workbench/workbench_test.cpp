@@ -237,7 +237,8 @@ TEST_CASE(
         fs::create_directories(one);
         if (name == "fit.json") std::ofstream(one / "sweep.json") << R"({"rows": 5})";
         fs::create_symlink(outside / name, one / name);
-        const Json run = run_json(opened.folder, "results/one");
+        Json run = run_json(opened.folder, "results/one");
+        run.erase("stamp");  // times, of the links themselves
         CHECK(run["state"] == "stopped");
         CHECK(run.dump().find("77") == std::string::npos);
         CHECK(run.dump().find("secret") == std::string::npos);
