@@ -273,6 +273,8 @@ def leave(page, found, address, folder):
 def conflict(page, found, folder):
     """A file that an editor has changed meanwhile: both texts, and the choice between them."""
     path = f"{folder}/small.toml"
+    with open(path, "w") as file:
+        file.write(SMALL)
     page.until("Sidewall.workbench.open('small.toml').then(() => true)")
     put_cursor(page, 0, "# mine")
     page.until("Sidewall.workbench.state.dirty")
@@ -330,10 +332,10 @@ def other_files(page, found, folder):
 
 
 def inserted(before, after):
-    """What a text has more than before, in one place; None if it differs otherwise."""
-    begin = os.path.commonprefix([before, after])
-    rest = before[len(begin):]
-    return after[len(begin):len(after) - len(rest)] if after.endswith(rest) else None
+    """What a text has more than before, in one place and as early as it may be; None if it differs otherwise."""
+    begin, more = os.path.commonprefix([before, after]), len(after) - len(before)
+    places = [k for k in range(len(begin) + 1) if after[k + more:] == before[k:]]
+    return after[places[0]:places[0] + more] if places else None
 
 
 def masks(page, found):
