@@ -369,19 +369,17 @@ def masks(page, found):
         page.picture(sys.argv[4] + "_masks.png")
     page.key("Escape", "Escape", 27)
     undo()
-    page.until(f"{outlines} === 1")
     undo()
-    page.until(f"{outlines} === 0")
-    found["undone"] = page.js(text) == before
+    found["undone"] = page.until(f"{text} === {json.dumps(before)}")
     # By the keyboard, and what stays instead of what is open.
     page.js(f"for (const [name, v] of Object.entries({{ 'x from': -0.5, 'x to': 0.25, 'y from': -0.2, 'y to': 0.3, thickness: 0.2 }}))"
             f"  {form}.querySelector(`[aria-label='${{name}}']`).value = v; {form}.querySelector('select').selectedIndex = 1;"
             f"{form}.querySelector(`[aria-label='y to']`).focus()")
     page.key("Enter", "Enter", 13)
-    page.until(f"{outlines} === 1")
+    page.until(f"{text}.includes('openings = false')")
     found["by_fields"] = inserted(before, page.js(text))
     undo()
-    page.until(f"{outlines} === 0")
+    page.until(f"{text} === {json.dumps(before)}")
     put_cursor(page, 2, "extent = [2.0]")
     profile = page.js(text)
     page.until(f"{VIEWER} && {VIEWER}.max[1] - {VIEWER}.min[1] < 0.1")
