@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <fcntl.h>
 #include <malloc.h>
 #include <unistd.h>
 #include <cstdlib>
@@ -62,7 +63,8 @@ void show(const std::string& address, const OpenOptions& options, std::optional<
         (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr))
         return;
     try {
-        start_program({"xdg-open", signpost.emplace(address).path().string()}, "/", -1);
+        const Descriptor root(::open("/", O_PATH | O_CLOEXEC));
+        start_program({"xdg-open", signpost.emplace(address).path().string()}, root.number(), -1);
     } catch (const IoError&) {  // the address is on the screen
     }
 }

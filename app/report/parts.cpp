@@ -135,14 +135,14 @@ Json table_section(const std::string& title, const TextTable& table, const Json&
     return section;
 }
 
-TextTable last_of_timeline(const fs::path& run) {
+TextTable last_of_timeline(const fs::path& timeline) {
     constexpr std::streamoff kTail = 65'536;  // longer than any row
     std::ifstream file;
     std::string names, tail;
     std::error_code failure;
-    if (fs::is_regular_file(run / "timeline.csv", failure))  // a pipe would be waited for
-        file.open(run / "timeline.csv", std::ios::binary);
-    if (!std::getline(file, names)) throw FileError("{}: cannot be read", (run / "timeline.csv").string());
+    if (fs::is_regular_file(timeline, failure))  // a pipe would be waited for
+        file.open(timeline, std::ios::binary);
+    if (!std::getline(file, names)) throw FileError("{}: cannot be read", timeline.string());
     const std::streamoff begin = file.tellg();
     file.seekg(0, std::ios::end);
     const std::streamoff from = std::max(begin, std::streamoff{file.tellg()} - kTail);
@@ -154,7 +154,7 @@ TextTable last_of_timeline(const fs::path& run) {
     TextTable table{.names = rows.front()};
     if (rows.size() > 2) table.rows.push_back(rows[rows.size() - 2]);
     if (rows.size() > 2 && table.rows.front().size() != table.names.size())
-        throw FileError("{}: its last row is damaged", (run / "timeline.csv").string());
+        throw FileError("{}: its last row is damaged", timeline.string());
     return table;
 }
 

@@ -48,9 +48,9 @@ void add_view(std::vector<ViewFrame> frames, const std::filesystem::path& effect
 /// \param units  of columns by name; may lack some.
 Json table_section(const std::string& title, const TextTable& table, const Json& units);
 
-/// The names of a run's timeline.csv and its last whole row, if it has one, without reading the rows before it.
+/// The names of a timeline.csv and its last whole row, if it has one, without reading the rows before it.
 /// \throws FileError if the file cannot be read, or the row has another length than the names.
-TextTable last_of_timeline(const std::filesystem::path& run);
+TextTable last_of_timeline(const std::filesystem::path& timeline);
 
 /// The name of a folder itself, also for "." and with a trailing slash.
 std::string folder_name(const std::filesystem::path& folder);

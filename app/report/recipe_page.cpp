@@ -8,6 +8,7 @@
 #include <set>
 
 #include "app/common/files.hpp"
+#include "app/common/foreign_json.hpp"
 #include "app/models/model.hpp"
 #include "app/process/record/saved_meshes.hpp"
 #include "app/process/wafer.hpp"
@@ -95,38 +96,30 @@ Json mask_outlines(const Recipe& recipe) {
     return outlines;
 }
 
-// Figures of a run: of its summary, or as its last row of the timeline has them.
-struct Figures {
-    std::map<std::string, Json> values;
-    std::map<std::string, std::string> units;
-};
-
-Figures figures_of(const fs::path& folder) {
-    Figures figures;
-    if (is_there(folder / "summary.json")) {
-        const Json summary = read_summary(folder);
-        const Json units = summary.value("metrology_units", Json::object());
-        const Json metrology = summary.value("metrology", Json::object());
-        for (const auto& [name, value] : metrology.items()) {
-            figures.values[name] = value;
-            figures.units[name] = text_at(units, name);
-        }
-        return figures;
+std::string text_or_none(const fs::path& file) {
+    try {
+        return surface::read_whole_file(file);
+    } catch (const FileError&) {
+        return "";
     }
-    if (!is_there(folder / "timeline.csv")) return figures;
-    const TextTable table = last_of_timeline(folder);
-    const std::size_t first = table.column("relative_error").value_or(table.names.size()) + 1;
-    for (std::size_t k = first; k < table.names.size() && !table.rows.empty(); ++k) {
-        const auto [name, unit] = name_and_unit(table.names[k]);
-        figures.values[name] = field_json(table.rows.back()[k]);
-        figures.units[name] = unit;
-    }
-    return figures;
 }
 
-std::map<std::string, std::string> keys_of_run(const fs::path& folder) {
-    if (!is_there(folder / "recipe.toml")) return {};
-    return written_keys(surface::read_whole_file(folder / "recipe.toml"));
+// Figures of a run's summary or, without one, of the last row of its timeline.
+void add_figures(const std::string& summary, const fs::path& timeline, RunRow& row) {
+    if (!summary.empty()) {
+        constexpr std::size_t kMostValues = 50'000;
+        const Json json = parse_foreign_json(summary, kMostValues);
+        const Json units = json.value("metrology_units", Json::object());
+        const Json metrology = json.value("metrology", Json::object());
+        for (const auto& [name, value] : metrology.items()) row.figures[name] = {value, text_at(units, name)};
+    } else if (is_there(timeline)) {
+        const TextTable table = last_of_timeline(timeline);
+        const std::size_t first = table.column("relative_error").value_or(table.names.size()) + 1;
+        for (std::size_t k = first; k < table.names.size() && !table.rows.empty(); ++k) {
+            const auto [name, unit] = name_and_unit(table.names[k]);
+            row.figures[name] = {field_json(table.rows.back()[k]), unit};
+        }
+    }
 }
 
 }  // namespace
@@ -183,27 +176,28 @@ std::map<std::string, std::string> written_keys(const std::string& effective) {
     return keys;
 }
 
-Json runs_table(const std::vector<fs::path>& folders, const std::vector<std::string>& names) {
-    std::vector<std::map<std::string, std::string>> keys;
-    std::vector<Figures> figures;
+RunRow run_row(const std::string& name, const std::string& recipe, const std::string& summary,
+               const fs::path& timeline) {
+    RunRow row{.name = name};
+    try {
+        row.keys = written_keys(recipe);
+        add_figures(summary, timeline, row);
+    } catch (const std::exception&) {  // files of another program, or damaged: the row stays empty
+    }
+    return row;
+}
+
+Json runs_table(const std::vector<RunRow>& rows) {
     std::map<std::string, std::set<std::string>> values;  // that a key has in all runs
     std::map<std::string, std::string> measures;          // and their units
-    for (const fs::path& folder : folders) {
-        keys.emplace_back();
-        figures.emplace_back();
-        try {
-            keys.back() = keys_of_run(folder);
-            figures.back() = figures_of(folder);
-        } catch (const std::exception&) {  // files of another program, or damaged: the row stays empty
-        }
-        measures.insert(figures.back().units.begin(), figures.back().units.end());
-    }
     std::set<std::string> all;
-    for (const auto& of_run : keys)
-        for (const auto& [key, value] : of_run) all.insert(key);
+    for (const RunRow& row : rows) {
+        for (const auto& [key, value] : row.keys) all.insert(key);
+        for (const auto& [name, figure] : row.figures) measures.emplace(name, figure.second);
+    }
     for (const std::string& key : all)
-        for (const auto& of_run : keys)
-            if (!of_run.empty()) values[key].insert(of_run.contains(key) ? of_run.at(key) : "");
+        for (const RunRow& row : rows)
+            if (!row.keys.empty()) values[key].insert(row.keys.contains(key) ? row.keys.at(key) : "");
     Json table{{"type", "table"}, {"title", "Runs"}, {"columns", Json::array({Json{{"name", "run"}}})}};
     constexpr std::size_t kMostKeys = 12;
     std::erase_if(values, [](const auto& key) { return key.second.size() < 2; });
@@ -212,13 +206,12 @@ Json runs_table(const std::vector<fs::path>& folders, const std::vector<std::str
     for (const auto& [name, unit] : measures)
         table["columns"].push_back(Json{{"name", name}, {"unit", shown_unit(unit)}});
     table["rows"] = Json::array();
-    for (std::size_t r = 0; r < folders.size(); ++r) {
-        Json row = Json::array({names[r]});
+    for (const RunRow& row : rows) {
+        Json& fields = table["rows"].emplace_back(Json::array({row.name}));
         for (const auto& [key, unused] : values)
-            row.push_back(keys[r].contains(key) ? field_json(keys[r].at(key)) : Json());
+            fields.push_back(row.keys.contains(key) ? field_json(row.keys.at(key)) : Json());
         for (const auto& [name, unused] : measures)
-            row.push_back(figures[r].values.contains(name) ? figures[r].values.at(name) : Json());
-        table["rows"].push_back(std::move(row));
+            fields.push_back(row.figures.contains(name) ? row.figures.at(name).first : Json());
     }
     return table;
 }
@@ -226,15 +219,17 @@ Json runs_table(const std::vector<fs::path>& folders, const std::vector<std::str
 Page runs_page(const std::vector<fs::path>& folders, std::size_t bytes) {
     Page page{.kind = "runs", .title = fmt::format("{} runs", folders.size()), .notes{}};
     std::vector<ViewFrame> frames;
-    std::vector<std::string> names;
+    std::vector<RunRow> rows;
     for (const fs::path& folder : folders) {
-        names.push_back(folder.lexically_normal().string());
-        if (auto frame = last_frame(folder, names.back()))
+        const std::string name = folder.lexically_normal().string();
+        if (auto frame = last_frame(folder, name))
             frames.push_back(*std::move(frame));
         else
-            page.notes.push_back(names.back() + " has saved no surface yet.");
+            page.notes.push_back(name + " has saved no surface yet.");
+        rows.push_back(run_row(name, text_or_none(folder / "recipe.toml"),
+                               text_or_none(folder / "summary.json"), folder / "timeline.csv"));
     }
-    page.sections.push_back(runs_table(folders, names));
+    page.sections.push_back(runs_table(rows));
     add_view(std::move(frames), folders.front() / "recipe.toml", bytes, "Last surfaces", "Last profiles",
              page);
     for (Json& section : page.sections)

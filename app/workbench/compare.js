@@ -27,12 +27,14 @@
     return page;
   };
 
+  // A text to fill in, with its label.
+  const field = Sidewall.field = (label, width, value = "") => {
+    const input = el("input", { type: "text", size: width, value, "aria-label": label });
+    return { input, row: el("label", {}, `${label} `, input) };
+  };
+
   // The form: a key within a range, and what a fit aims at. `start` takes { command, vary, target, target_profile }.
   Sidewall.studyForm = ({ numberAtCursor, profileNames, start }) => {
-    const field = (label, width, value = "") => {
-      const input = el("input", { type: "text", size: width, value, "aria-label": label });
-      return { input, row: el("label", {}, `${label} `, input) };
-    };
     const key = field("key", 20), low = field("from", 7), high = field("to", 7), count = field("runs", 3, "5");
     const target = field("target", 16), log = el("input", { type: "checkbox" }), profile = el("select", { "aria-label": "profile" });
     target.input.placeholder = "depth=2.0+-0.05";
@@ -52,7 +54,7 @@
       const profiles = command === "fit" && profile.value ? [profile.value] : [];
       if (!key.input.value && !take()) { note.textContent = "Put the cursor on a number of the recipe first."; return; }
       if (command === "fit" && !aims.length && !profiles.length) {
-        note.textContent = "A fit needs a target, such as depth=2.0, or a profile dropped on the page.";
+        note.textContent = "A fit needs a target, such as depth=2.0, or a profile: a CSV file of the folder.";
         return;
       }
       note.textContent = "";
@@ -63,8 +65,11 @@
          el("label", {}, log, " log")),
       el("div", { class: "row" }, count.row, el("button", { type: "button", onclick: () => go("sweep") }, "Sweep"), target.row,
          el("label", {}, "or profile ", profile), el("button", { type: "button", onclick: () => go("fit") }, "Fit"), note));
-    form.showProfiles = () =>
+    form.showProfiles = () => {
+      const chosen = profile.value;
       profile.replaceChildren(el("option", { value: "" }, "none"), ...profileNames().map((name) => el("option", { value: name }, name)));
+      profile.value = profileNames().includes(chosen) ? chosen : "";
+    };
     form.showProfiles();
     return form;
   };

@@ -3,6 +3,19 @@
 (() => {
   const { el } = Sidewall, kHeader = /^\s*(\[\[?)\s*([\w.]+)\s*\]\]?/, kKey = /^\s*("[^"]*"|[\w-]+)\s*=/;
 
+  // Work of which one at a time is asked for: what comes meanwhile is done once more at its end.
+  Sidewall.latest = (work, failed) => {
+    let busy = null, again = false;
+    const go = () => {
+      again = Boolean(busy);
+      return busy || (busy = work().finally(() => {
+        busy = null;
+        if (again) go().catch(failed);
+      }));
+    };
+    return go;
+  };
+
   class Editor {
     // `docs` are the sections of the key table; `changed` is called after every change by hand.
     constructor(holder, docs, changed) {

@@ -25,8 +25,7 @@ struct {
 } started;
 
 // A process with these files as its standard input, output and error, and no other file.
-pid_t spawn(const std::vector<std::string>& words, const std::filesystem::path& folder,
-            const std::array<int, 3>& files, short flags) {
+pid_t spawn(const std::vector<std::string>& words, int folder, const std::array<int, 3>& files, short flags) {
     std::vector<char*> pointers;
     std::vector<std::string> texts = words;
     pointers.reserve(texts.size() + 1);
@@ -45,10 +44,10 @@ pid_t spawn(const std::vector<std::string>& words, const std::filesystem::path& 
     ::posix_spawnattr_setsigdefault(&attributes, &stopping);
     ::posix_spawnattr_setflags(&attributes,
                                static_cast<short>(flags | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF));
+    ::posix_spawn_file_actions_addfchdir_np(&actions, folder);
     for (int k = 0; k < 3; ++k)
         ::posix_spawn_file_actions_adddup2(&actions, files[static_cast<std::size_t>(k)], k);
     ::posix_spawn_file_actions_addclosefrom_np(&actions, 3);
-    ::posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
     pid_t process = 0;
     const int failure =
         words.front() == "sidewall"
@@ -69,7 +68,8 @@ Descriptor memory_file() {
 }
 
 std::string text_in(const Descriptor& file) {
-    const off_t size = ::lseek(file.number(), 0, SEEK_END);
+    constexpr off_t kMost = 16'000'000;
+    const off_t size = std::min(::lseek(file.number(), 0, SEEK_END), kMost);
     std::string text(size > 0 ? static_cast<std::size_t>(size) : 0, '\0');
     std::size_t done = 0;
     while (done < text.size()) {
@@ -95,8 +95,8 @@ int wait_for(pid_t process, std::chrono::seconds patience) {
 
 }  // namespace
 
-SpokenAnswer ask_program(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
-                         const std::string& input, std::chrono::seconds patience) {
+SpokenAnswer ask_program(const std::vector<std::string>& arguments, int folder, const std::string& input,
+                         std::chrono::seconds patience) {
     static std::counting_semaphore<2> turn(2);
     struct Turn {
         Turn() { turn.acquire(); }
@@ -116,7 +116,7 @@ SpokenAnswer ask_program(const std::vector<std::string>& arguments, const std::f
             text_in(messages)};
 }
 
-void start_program(const std::vector<std::string>& words, const std::filesystem::path& folder, int log) {
+void start_program(const std::vector<std::string>& words, int folder, int log) {
     const Descriptor nothing(::open("/dev/null", O_RDWR | O_CLOEXEC));
     const int says = log < 0 ? nothing.number() : log;
     const std::lock_guard guard(started.lock);

@@ -1,6 +1,5 @@
 #pragma once
 #include <chrono>
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -16,18 +15,19 @@ struct SpokenAnswer {
 
 /// Runs this program with other arguments and waits for its answer. At most two are asked at a time; others wait.
 /// \param arguments  without the program's name.
-/// \param folder     that it works in.
+/// \param folder     that it works in: an open one.
 /// \param input      that it reads.
 /// \param patience   after which it is killed, as it is when this process is asked to stop.
 /// \throws IoError if the system refuses a process.
-SpokenAnswer ask_program(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
-                         const std::string& input, std::chrono::seconds patience);
+SpokenAnswer ask_program(const std::vector<std::string>& arguments, int folder, const std::string& input,
+                         std::chrono::seconds patience);
 
 /// Starts a program in a session of its own, so that it outlives this process and the terminal.
-/// \param words  its name first; `sidewall` is this program.
-/// \param log    takes what it says; its number as a file of this process.
+/// \param words   its name first; `sidewall` is this program.
+/// \param folder  that it works in: an open one.
+/// \param log     takes what it says; its number as a file of this process.
 /// \throws IoError if the system refuses a process.
-void start_program(const std::vector<std::string>& words, const std::filesystem::path& folder, int log);
+void start_program(const std::vector<std::string>& words, int folder, int log);
 
 /// Lets go of the started processes that have ended, of which the system keeps a record until then.
 void forget_ended();

@@ -4,10 +4,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 #include <algorithm>
-#include <array>
+#include <boost/algorithm/string/replace.hpp>
 #include <cerrno>
 #include <cstring>
 #include <mutex>
+#include <optional>
+#include <tuple>
 #include <utility>
 
 #include "app/common/files.hpp"
@@ -30,18 +32,34 @@ std::vector<std::string> parts_of(const std::string& name) {
     return parts;
 }
 
+constexpr int kFolder = O_RDONLY | O_DIRECTORY;
+
+Descriptor open_part(const Descriptor& folder, const std::string& part, int flags) {
+    return Descriptor(
+        ::openat(folder.number(), part.c_str(), flags | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666));
+}
+
 int open_root(const fs::path& folder) {
-    const int file = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    const int file = ::open(folder.c_str(), kFolder | O_CLOEXEC);
     if (file < 0)
         throw FileError("{}: cannot open the folder: {}", folder.string(), std::string(std::strerror(errno)));
     return file;
 }
 
-bool same_file(int a, int b) {
-    struct stat first {
-    }, second{};
-    return ::fstat(a, &first) == 0 && ::fstat(b, &second) == 0 && first.st_ino == second.st_ino &&
-           first.st_dev == second.st_dev;
+// Of a file; nothing for a folder, a pipe or none.
+std::optional<std::size_t> size_of(const Descriptor& file) {
+    struct stat there {};
+    if (::fstat(file.number(), &there) != 0 || !S_ISREG(there.st_mode)) return std::nullopt;
+    return static_cast<std::size_t>(there.st_size);
+}
+
+std::string end_of(const Descriptor& file, std::size_t most) {
+    const std::size_t whole = size_of(file).value_or(0);
+    std::string text(std::min(whole, most), '\0');
+    const ssize_t size =
+        ::pread(file.number(), text.data(), text.size(), static_cast<off_t>(whole - text.size()));
+    text.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
+    return text;
 }
 
 std::string folder_part(const std::string& name) {
@@ -49,22 +67,17 @@ std::string folder_part(const std::string& name) {
     return slash == std::string::npos ? "" : name.substr(0, slash);
 }
 
-// Something that is there and no file: a link, a pipe.
-bool is_strange(const fs::path& path) {
-    std::error_code gone;
-    const fs::file_type type = fs::symlink_status(path, gone).type();
-    return type != fs::file_type::regular && type != fs::file_type::not_found;
-}
-
-// By a file that says what made it, if all that lists read are files.
-bool holds_results(const fs::path& folder) {
-    const auto there = [&](const char* file) { return is_there(folder / file); };
-    const std::array marks{"summary.json", "timeline.csv", "sweep.json",
-                           "fit.json",     "compare.json", "manifest.txt"};
-    return std::ranges::any_of(marks, there) &&
-           std::ranges::none_of(marks, is_strange, [&](const char* file) { return folder / file; }) &&
-           std::ranges::none_of(std::array{"recipe.toml", "sweep.csv"}, is_strange,
-                                [&](const char* file) { return folder / file; });
+// By a file that says what made it, if all that lists read are files: no link, no pipe.
+bool holds_results(const Descriptor& folder) {
+    bool marked = false;
+    for (const char* file : {"summary.json", "timeline.csv", "sweep.json", "fit.json", "compare.json",
+                             "manifest.txt", "recipe.toml", "sweep.csv"}) {
+        struct stat there {};
+        if (::fstatat(folder.number(), file, &there, AT_SYMLINK_NOFOLLOW) != 0) continue;
+        if (!S_ISREG(there.st_mode)) return false;
+        marked |= std::strcmp(file, "recipe.toml") != 0 && std::strcmp(file, "sweep.csv") != 0;
+    }
+    return marked;
 }
 
 void add(const std::string& name, std::vector<std::string>& list, bool& whole) {
@@ -75,12 +88,13 @@ void add(const std::string& name, std::vector<std::string>& list, bool& whole) {
 }
 
 // A folder's own files come before those of folders in it.
-void find(const fs::path& folder, const std::string& prefix, int depth, std::size_t& entries,
+void find(const Descriptor& folder, const std::string& prefix, int depth, std::size_t& entries,
           OpenedFolder::Contents& found) {
     constexpr int kDeepest = 4;
     std::error_code failure;
     std::vector<std::string> below;
-    for (fs::directory_iterator at(folder, failure), end; !failure && at != end; at.increment(failure)) {
+    for (fs::directory_iterator at(folder.path(), failure), end; !failure && at != end;
+         at.increment(failure)) {
         if (++entries > kMostEntries) {
             found.whole = false;
             return;
@@ -89,16 +103,17 @@ void find(const fs::path& folder, const std::string& prefix, int depth, std::siz
         std::error_code gone;
         if (name.starts_with('.') || at->is_symlink(gone)) continue;
         if (at->is_directory(gone)) {
-            if (holds_results(at->path()))
+            if (holds_results(open_part(folder, name, kFolder)))
                 add(prefix + name, found.results, found.whole);
             else if (depth < kDeepest)
                 below.push_back(name);
-        } else if (name.ends_with(".toml") && at->is_regular_file(gone)) {
-            add(prefix + name, found.recipes, found.whole);
+        } else if ((name.ends_with(".toml") || name.ends_with(".csv")) && at->is_regular_file(gone)) {
+            add(prefix + name, name.ends_with(".csv") ? found.tables : found.recipes, found.whole);
         }
     }
     for (const std::string& name : below)
-        if (entries <= kMostEntries) find(folder / name, prefix + name + "/", depth + 1, entries, found);
+        if (entries <= kMostEntries)
+            find(open_part(folder, name, kFolder), prefix + name + "/", depth + 1, entries, found);
 }
 
 }  // namespace
@@ -114,38 +129,53 @@ Descriptor& Descriptor::operator=(Descriptor&& other) noexcept {
     return *this;
 }
 
+fs::path Descriptor::path() const {
+    return "/proc/self/fd/" + std::to_string(file_);
+}
+
+Descriptor open_file(const Descriptor& folder, const char* name, std::size_t most_bytes) {
+    Descriptor file = open_part(folder, name, O_RDONLY);
+    const auto size = size_of(file);
+    return size && *size <= most_bytes ? std::move(file) : Descriptor(-1);
+}
+
+std::string text_of(const Descriptor& file) {
+    return end_of(file, kMostBytes);
+}
+
 OpenedFolder::OpenedFolder(const fs::path& folder) : path_(fs::absolute(folder)), folder_(open_root(folder)) {
     path_ = fs::canonical(path_);
 }
 
 Descriptor OpenedFolder::open(const std::string& name, int flags) const {
-    Descriptor at(::openat(folder_.number(), ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    Descriptor at = open_part(folder_, ".", kFolder);
     if (name.empty()) return at;
     const std::vector<std::string> parts = parts_of(name);
     for (std::size_t k = 0; k < parts.size(); ++k) {
-        const int how = k + 1 < parts.size() ? O_RDONLY | O_DIRECTORY : flags;
-        Descriptor next(
-            ::openat(at.number(), parts[k].c_str(), how | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666));
-        if (next.number() < 0) throw NotInside(name + ": there is nothing of that name");
-        at = std::move(next);
+        at = open_part(at, parts[k], k + 1 < parts.size() ? kFolder : flags);
+        if (at.number() < 0) throw NotInside(name + ": there is nothing of that name");
     }
     return at;
 }
 
-fs::path OpenedFolder::inside(const std::string& name) const {
-    const Descriptor there = open(name, O_RDONLY | O_DIRECTORY);
-    return path_ / name;
+Descriptor OpenedFolder::folder(const std::string& name) const {
+    return open(name, kFolder);
 }
 
-fs::path OpenedFolder::without_links(const std::string& name) const {
-    fs::path folder = inside(name);
+bool OpenedFolder::holds(const std::string& name) const {
+    const std::string own = parts_of(name).back();
+    struct stat there {};
+    return ::fstatat(folder(folder_part(name)).number(), own.c_str(), &there, AT_SYMLINK_NOFOLLOW) == 0;
+}
+
+void OpenedFolder::refuse_links(const std::string& name) const {
+    const Descriptor there = folder(name);
     std::error_code failure, gone;
-    fs::recursive_directory_iterator at(folder, fs::directory_options::skip_permission_denied, failure);
+    fs::recursive_directory_iterator at(there.path(), fs::directory_options::skip_permission_denied, failure);
     for (; !failure && at != fs::recursive_directory_iterator(); at.increment(failure))
         if (at->is_symlink(gone))
             throw NotInside(name + ": " + at->path().filename().string() + " is a link");
     if (failure) throw NotInside(name + ": cannot be read: " + failure.message());
-    return folder;
 }
 
 std::string OpenedFolder::read(const std::string& name) const {
@@ -156,45 +186,38 @@ std::string OpenedFolder::read(const std::string& name) const {
 
 std::string OpenedFolder::read_end(const std::string& name, std::size_t most) const {
     const Descriptor file = open(name, O_RDONLY);
-    struct stat there {};
-    if (::fstat(file.number(), &there) != 0 || !S_ISREG(there.st_mode))
-        throw NotInside(name + ": is no file");
-    std::string text(std::min(static_cast<std::size_t>(there.st_size), most), '\0');
-    const off_t from = there.st_size - static_cast<off_t>(text.size());
-    const ssize_t size = ::pread(file.number(), text.data(), text.size(), from);
-    text.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
-    return text;
+    if (!size_of(file)) throw NotInside(name + ": is no file");
+    return end_of(file, most);
 }
 
 void OpenedFolder::write(const std::string& name, const std::string& text, const std::string& before) const {
-    parts_of(name);
-    const std::string folder = folder_part(name);
-    const Descriptor checked = open(folder, O_RDONLY | O_DIRECTORY);
-    const surface::HeldFolder held(path_ / folder);
-    if (!same_file(checked.number(), held.descriptor())) throw NotInside(folder + ": was replaced meanwhile");
+    const std::string own = parts_of(name).back();
+    const Descriptor at = folder(folder_part(name));
+    const surface::HeldFolder held(at.path());
     static std::mutex one_at_a_time;
     const std::lock_guard guard(one_at_a_time);
-    const std::string own = fs::path(name).filename().string();
-    std::string now;  // of a new file
     struct stat there {};
-    const bool anew = ::fstatat(checked.number(), own.c_str(), &there, AT_SYMLINK_NOFOLLOW) != 0;
-    if (!anew) now = digest(read(name));
-    if (now != before) throw ChangedOnDisk(name + ": has changed on the disk since it was opened");
-    surface::write_whole_file(path_ / folder / own, text);
-    if (anew) return;
+    const bool anew = ::fstatat(at.number(), own.c_str(), &there, AT_SYMLINK_NOFOLLOW) != 0;
+    if (before != (anew ? "" : digest(read(name))))
+        throw ChangedOnDisk(name + ": has changed on the disk since it was opened");
+    try {
+        surface::write_whole_file(at.path() / own, text);
+    } catch (const IoError& error) {
+        throw IoError("{}", boost::replace_all_copy(std::string(error.what()), at.path().string(), "."));
+    }
     // A file system that refuses has no rights to keep.
-    [[maybe_unused]] const int ignored = ::fchmod(open(name, O_RDONLY).number(), there.st_mode & 07777);
+    if (!anew) std::ignore = ::fchmod(open_part(at, own, O_RDONLY).number(), there.st_mode & 07777);
 }
 
 void OpenedFolder::make_room_for(const std::string& name) const {
     parts_of(name);
-    const std::string folder = folder_part(name);
-    if (folder.empty()) return;
-    make_room_for(folder);
-    const Descriptor above = open(folder_part(folder), O_RDONLY | O_DIRECTORY);
-    if (::mkdirat(above.number(), fs::path(folder).filename().c_str(), 0777) != 0 && errno != EEXIST)
-        throw IoError("{}: cannot make the folder: {}", folder, std::string(std::strerror(errno)));
-    open(folder, O_RDONLY | O_DIRECTORY);
+    const std::string above = folder_part(name);
+    if (above.empty()) return;
+    make_room_for(above);
+    const Descriptor at = folder(folder_part(above));
+    if (::mkdirat(at.number(), parts_of(above).back().c_str(), 0777) != 0 && errno != EEXIST)
+        throw IoError("{}: cannot make the folder: {}", above, std::string(std::strerror(errno)));
+    folder(above);
 }
 
 Descriptor OpenedFolder::open_log(const std::string& name) const {
@@ -205,9 +228,9 @@ Descriptor OpenedFolder::open_log(const std::string& name) const {
 OpenedFolder::Contents OpenedFolder::contents() const {
     Contents found;
     std::size_t entries = 0;
-    find(path_, "", 0, entries, found);
+    find(folder(""), "", 0, entries, found);
     std::ranges::sort(found.recipes);
-    std::ranges::sort(found.results);
+    for (auto* list : {&found.tables, &found.results}) std::ranges::sort(*list);
     return found;
 }
 

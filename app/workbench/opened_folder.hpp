@@ -27,27 +27,41 @@ class Descriptor {
     Descriptor(const Descriptor&) = delete;
     Descriptor& operator=(const Descriptor&) = delete;
     int number() const { return file_; }
+    /// A path by which this process reaches what is open, whatever its name has come to mean.
+    std::filesystem::path path() const;
 
   private:
     int file_;
 };
 
+/// A file right in a folder; its number is negative where there is none, but a link or a pipe, or one that is larger.
+Descriptor open_file(const Descriptor& folder, const char* name, std::size_t most_bytes = 4'000'000);
+
+/// The text of such a file; empty without one.
+std::string text_of(const Descriptor& file);
+
 /// A folder whose files are named by paths such as `etch/deep.toml`: relative, with no empty part, no part of dots alone, and
-/// no control character or link among them. Any other name is as one that is not there. For any thread.
+/// no control character or link among them. Any other name is as one that is not there. All is reached from the folder as it was
+/// opened, a part of a name after the other: it may be renamed meanwhile, and a link that comes up leads nowhere. For any thread.
 class OpenedFolder {
   public:
     /// \throws FileError if there is no such folder.
     explicit OpenedFolder(const std::filesystem::path& folder);
 
+    /// The name that it was opened by.
     const std::filesystem::path& path() const { return path_; }
 
-    /// The path of a folder in it, to be given to another process.
+    /// A folder in it; it itself without a name.
     /// \throws NotInside
-    std::filesystem::path inside(const std::string& name) const;
+    Descriptor folder(const std::string& name) const;
 
-    /// The path of a folder in it that is to be read whole, as for a report.
+    /// Whether something of that name is there, be it a link.
+    /// \throws NotInside if its folder is not there.
+    bool holds(const std::string& name) const;
+
+    /// Sees to it that another process may read a folder in it whole.
     /// \throws NotInside if there is a link in it, or in a folder of it.
-    std::filesystem::path without_links(const std::string& name) const;
+    void refuse_links(const std::string& name) const;
 
     /// The text of a file of at most 4 MB.
     /// \throws NotInside
@@ -70,10 +84,10 @@ class OpenedFolder {
     /// \throws NotInside, IoError
     Descriptor open_log(const std::string& name) const;
 
-    /// The files that end in .toml, and the folders of results; neither within results, hidden folders or links. A folder
+    /// The files that end in .toml and .csv, and the folders of results; neither within results, hidden folders or links. A folder
     /// of results whose tables and recipe are links or pipes is none.
     struct Contents {
-        std::vector<std::string> recipes, results;
+        std::vector<std::string> recipes, tables, results;
         /// Else there is more: it looks through 20,000 files and folders, and lists 500 of each, at most.
         bool whole = true;
     };

@@ -2,66 +2,93 @@
 
 #include <fmt/format.h>
 
+#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <array>
 #include <csignal>
+#include <limits>
 #include <regex>
 
 #include "app/common/files.hpp"
+#include "app/common/foreign_json.hpp"
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
-#include "app/recipe/recipe.hpp"
-#include "app/report/parts.hpp"
-#include "app/results/result.hpp"
+#include "app/report/recipe_page.hpp"
 #include "app/workbench/launch.hpp"
 
 namespace sidewall::app {
 namespace {
 
-std::string kind_of(const fs::path& run) {
-    for (const char* kind : {"sweep", "fit", "compare", "study", "validation"})
-        if (is_there(run / fmt::format("{}.json", kind))) return kind;
+// A file of results as JSON: null if there is none, or none that this program writes.
+Json json_in(const Descriptor& run, const std::string& name) {
+    constexpr std::size_t kMostValues = 50'000;
+    Json json = parse_foreign_json(text_of(open_file(run, name.c_str())), kMostValues);
+    return json.is_object() ? json : Json();
+}
+
+std::string kind_of(const Descriptor& run) {
+    for (const std::string kind : {"sweep", "fit", "compare", "study", "validation"})
+        if (open_file(run, (kind + ".json").c_str()).number() >= 0) return kind;
     return "run";
 }
 
 // Whether the work in a folder is done; one that cannot be read yet is not.
-bool has_ended(const fs::path& run, const std::string& kind) {
+bool has_ended(const Descriptor& run, const std::string& kind) {
     try {
-        if (kind == "fit") return read_json(run / "fit.json", "").contains("parameters");
+        if (kind == "fit") return json_in(run, "fit.json").contains("parameters");
         if (kind == "sweep")
-            return read_text_table(run / "sweep.csv").rows.size() >=
-                   read_json(run / "sweep.json", "").value("rows", std::size_t{0});
-        return kind != "run" || is_there(run / "summary.json");
+            return read_text_table(open_file(run, "sweep.csv").path()).rows.size() >=
+                   json_in(run, "sweep.json").value("rows", std::size_t{0});
+        return kind != "run" || open_file(run, "summary.json").number() >= 0;
     } catch (const std::exception&) {
         return false;
     }
 }
 
-std::string stamp_of(const fs::path& run) {
+std::string stamp_of(const Descriptor& run) {
     std::string stamp;
     for (const char* name : {"timeline.csv", "surface.pvd", "checkpoint.vdb", "summary.json", "sweep.csv",
                              "fit.csv", "fit.json"}) {
         struct stat file {};
-        if (::stat((run / name).c_str(), &file) == 0)
+        if (::fstatat(run.number(), name, &file, AT_SYMLINK_NOFOLLOW) == 0)
             stamp += fmt::format("{}.{}.{} ", file.st_size, file.st_mtim.tv_sec, file.st_mtim.tv_nsec);
     }
     return stamp;
 }
 
+// The time of all steps of an effective recipe, loops counted. Files that it names are left alone.
+double duration_in(const std::map<std::string, std::string>& keys) {
+    double total = 0.0;
+    for (const auto& [key, value] : keys) {
+        if (!key.starts_with("step[") || !key.ends_with("].duration")) continue;
+        double time = finite_number(value).value_or(0.0);
+        for (std::size_t at = key.find(']'); at != std::string::npos; at = key.find(']', at + 1))
+            if (const auto found = keys.find(key.substr(0, at + 1) + ".repeat"); found != keys.end())
+                time *= finite_number(found->second).value_or(1.0);
+        total += time;
+    }
+    return total;
+}
+
+Descriptor timeline_of(const Descriptor& run) {
+    return open_file(run, "timeline.csv", std::numeric_limits<std::size_t>::max());
+}
+
 // How far a run has come; what cannot be read leaves it out.
-void add_progress(const fs::path& run, Json& json) {
+void add_progress(const Descriptor& run, Json& json) {
     try {
         if (json["state"] == "finished") {
-            const Json summary = read_summary(run);
+            const Json summary = json_in(run, "summary.json");
             json["time"] = json["total"] = summary.value("time", Json());
             json["unit"] = summary.value("time_unit", "");
             return;
         }
-        const Recipe recipe = load_recipe(run / "recipe.toml");
-        json["total"] = total_duration(expanded_steps(recipe));
-        json["unit"] = recipe.domain.time_unit;
-        const TextTable timeline = last_of_timeline(run);
+        const auto keys = written_keys(text_of(open_file(run, "recipe.toml")));
+        json["total"] = duration_in(keys);
+        json["unit"] = Json::parse(keys.at("domain.time_unit"));
+        const Descriptor file = timeline_of(run);
+        const TextTable timeline = last_of_timeline(file.path());
         const auto time = timeline.column("time");
         if (time && !timeline.rows.empty())
             json["time"] = finite_number(timeline.rows.back()[*time]).value_or(0.0);
@@ -82,19 +109,32 @@ std::string plain_path(const std::string& name) {
 }  // namespace
 
 Json run_json(const OpenedFolder& folder, const std::string& name) {
-    const fs::path run = folder.inside(name);
+    const Descriptor run = folder.folder(name);
     Json json{{"path", name}, {"kind", kind_of(run)}, {"stamp", stamp_of(run)}};
-    const bool held = lock_holder(run).has_value();
+    const bool held = lock_holder(run.path()).has_value();
     json["state"] = held ? "running" : has_ended(run, json["kind"]) ? "finished" : "stopped";
     if (json["kind"] == "run") add_progress(run, json);
     return json;
+}
+
+Json table_json(const OpenedFolder& folder) {
+    std::vector<RunRow> rows;
+    for (const std::string& name : folder.contents().results) {
+        try {
+            const Descriptor run = folder.folder(name), timeline = timeline_of(run);
+            rows.push_back(run_row(name, text_of(open_file(run, "recipe.toml")),
+                                   text_of(open_file(run, "summary.json")), timeline.path()));
+        } catch (const NotInside&) {  // removed meanwhile
+        }
+    }
+    return runs_table(rows);
 }
 
 std::vector<std::string> command_words(const OpenedFolder& folder, const Json& asked) {
     const std::string command = text_of(asked, "command"), recipe = text_of(asked, "recipe");
     if (command != "run" && command != "sweep" && command != "fit")
         throw RecipeError("{}: the page starts run, sweep and fit", command);
-    folder.read(recipe);
+    folder.read(recipe.substr(recipe.starts_with("./") ? 2 : 0));  // as a sweep that is resumed names it
     std::vector<std::string> words{"sidewall", command, plain_path(recipe), "-o",
                                    plain_path(text_of(asked, "output"))};
     if (command == "run") words.emplace_back("--checkpoint-every=10");  // the page shows them
@@ -114,22 +154,26 @@ std::vector<std::string> command_words(const OpenedFolder& folder, const Json& a
     return words;
 }
 
-void start_run(const OpenedFolder& folder, const Json& asked) {
+void start_run(const OpenedFolder& folder, const Json& wanted) {
+    Json asked = wanted;
+    const std::string output = text_of(asked, "output"), command = text_of(asked, "command");
+    if (command != "run" && asked.contains("resume") && asked["resume"] == true) {
+        const Json plan = json_in(folder.folder(output), command + ".json");
+        for (const char* key : {"recipe", "set", "vary", "target", "target_profile"})
+            if (plan.contains(key)) asked[key] = plan[key];
+    }
     const std::vector<std::string> words = command_words(folder, asked);
-    const std::string output = text_of(asked, "output");
     folder.make_room_for(output);
-    std::error_code failure;
-    if (fs::symlink_status(folder.path() / output, failure).type() != fs::file_type::not_found)
-        folder.inside(output);
+    if (folder.holds(output)) folder.folder(output);
     const Descriptor log = folder.open_log(output + ".log");
-    start_program(words, folder.path(), log.number());
+    start_program(words, folder.folder("").number(), log.number());
 }
 
 bool stop_run(const OpenedFolder& folder, const std::string& name) {
     static const std::regex form(R"(^process (\d{1,9}) on (\S+), since )");
     std::array<char, 256> host{};
     std::smatch match;
-    const std::string holder = lock_holder(folder.inside(name)).value_or("");
+    const std::string holder = lock_holder(folder.folder(name).path()).value_or("");
     if (::gethostname(host.data(), host.size() - 1) != 0 || !std::regex_search(holder, match, form) ||
         match[2] != host.data())
         return false;

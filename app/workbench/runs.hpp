@@ -13,14 +13,18 @@ namespace sidewall::app {
 /// when a file does that the page shows.
 Json run_json(const OpenedFolder& folder, const std::string& name);
 
+/// The folder's runs as runs_table has them, of those files that are no links.
+Json table_json(const OpenedFolder& folder);
+
 /// The words of a command line that starts or goes on with a run, a sweep or a fit as the page asks: {"command", "recipe", "output",
 /// "resume", "vary": [], "target": [], "target_profile": [], "set": []}.
 /// \throws NotInside for a recipe, profile or folder that is none; RecipeError for another command.
 std::vector<std::string> command_words(const OpenedFolder& folder, const Json& asked);
 
-/// Starts such a command; what it says is in a file beside its folder, NAME.log.
+/// Starts such a command; what it says is in a file beside its folder, NAME.log. A sweep or fit that is resumed is that of its
+/// folder.
 /// \throws as command_words.
-void start_run(const OpenedFolder& folder, const Json& asked);
+void start_run(const OpenedFolder& folder, const Json& wanted);
 
 /// Asks the process that works in a folder of results to stop, as Ctrl-C does.
 /// \returns false if none does on this machine.

@@ -29,6 +29,9 @@ using Seconds = std::chrono::seconds;
 
 constexpr std::uint32_t kMostHeader = 16'384;
 constexpr std::uint64_t kMostBody = 4'000'000;
+constexpr std::size_t kMostHeld = 24'000'000;  // bytes of all requests and answers
+constexpr std::size_t kLittle = 100'000;       // one of so many bytes is answered however many are held
+constexpr std::size_t kCopies = 3;             // of a request: its bytes, their JSON, and what is made of it
 constexpr int kMostConnections = 64;
 constexpr std::size_t kThreads = 16;  // two of which may ask the program
 constexpr Seconds kToArrive{20}, kToBeTaken{60};
@@ -89,6 +92,7 @@ struct Shared {
     std::function<WebReply(const WebRequest&)> handle;
     asio::thread_pool workers{kThreads};
     std::atomic<int> connections = 0;
+    std::atomic<std::size_t> held = 0;
 
     std::string cookie() const { return fmt::format("sidewall_{}", options.port); }
 };
@@ -122,7 +126,7 @@ bool has_cookie(const Request& request, const Shared& shared) {
     return false;
 }
 
-http::response<http::string_body> response_of(const WebReply& reply, unsigned version) {
+http::response<http::string_body> response_of(WebReply reply, unsigned version) {
     http::response<http::string_body> response(static_cast<http::status>(reply.status), version);
     response.set(http::field::content_type, reply.type);
     response.set(http::field::cache_control, "no-store");
@@ -130,7 +134,7 @@ http::response<http::string_body> response_of(const WebReply& reply, unsigned ve
     response.set("X-Frame-Options", "DENY");
     response.set("Cross-Origin-Resource-Policy", "same-origin");
     response.set("Referrer-Policy", "no-referrer");
-    response.body() = reply.body;
+    response.body() = std::move(reply.body);
     response.keep_alive(false);
     return response;
 }
@@ -172,7 +176,7 @@ http::response<http::string_body> answer(Request& request, Asked& asked, const S
     } catch (const std::exception& error) {
         reply = plain(500, fmt::format("{}\n", error.what()));
     }
-    auto response = response_of(reply, request.version());
+    auto response = response_of(std::move(reply), request.version());
     if (asked.first)
         response.set(http::field::set_cookie, fmt::format("{}={}; Path=/; SameSite=Strict; HttpOnly",
                                                           shared.cookie(), shared.options.token));
@@ -188,7 +192,10 @@ class Connection : public std::enable_shared_from_this<Connection> {
         parser_.header_limit(kMostHeader);
         parser_.body_limit(kMostBody);
     }
-    ~Connection() { --shared_.connections; }
+    ~Connection() {
+        hold(0);
+        --shared_.connections;
+    }
     Connection(const Connection&) = delete;
     Connection& operator=(const Connection&) = delete;
 
@@ -204,9 +211,27 @@ class Connection : public std::enable_shared_from_this<Connection> {
         if (refuses(error)) return;
         asked_ = asked_by(parser_.get(), shared_);
         if (asked_.refused) return write(response_of(*asked_.refused, kVersion));
+        const std::uint64_t size =
+            parser_.chunked() ? kMostBody : parser_.content_length().value_or(std::uint64_t{0});
+        if (!hold(kCopies * size)) return write(busy());
         http::async_read(
             stream_, buffer_, parser_,
             [self = shared_from_this()](beast::error_code failure, std::size_t) { self->on_read(failure); });
+    }
+
+    // Counts so many bytes in place of those before; false if all connections together would hold too many.
+    bool hold(std::size_t bytes) {
+        shared_.held -= std::exchange(held_, 0);
+        if ((shared_.held += bytes) <= kMostHeld || bytes <= kLittle) {
+            held_ = bytes;
+            return true;
+        }
+        shared_.held -= bytes;
+        return false;
+    }
+
+    static http::response<http::string_body> busy() {
+        return response_of(plain(503, "busy: other answers are still being taken; ask again\n"), kVersion);
     }
 
     // Whether it goes no further; what is no request, or too large, is told.
@@ -226,6 +251,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
         stream_.expires_never();
         asio::post(shared_.workers, [self = shared_from_this()] {
             auto response = answer(self->parser_.get(), self->asked_, self->shared_);
+            if (!self->hold(response.body().size())) response = busy();
             asio::post(self->stream_.get_executor(),
                        [self, made = std::move(response)]() mutable { self->write(std::move(made)); });
         });
@@ -247,6 +273,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     beast::flat_buffer buffer_;
     http::request_parser<http::string_body> parser_;
     Asked asked_;
+    std::size_t held_ = 0;
     http::response<http::string_body> response_;
 };
 

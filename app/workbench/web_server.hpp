@@ -36,7 +36,8 @@ struct WebOptions {
 ///
 /// A request without the token, of another Host or from another Origin gets 403 before it is handled: so do pages of other sites, by
 /// their own names or under one that they let resolve to this machine. Requests have at most 16 kB of header, 4 MB of
-/// body and 20 seconds to arrive, answers 60 to be taken; at most 64 connections are open at a time, and four requests are handled.
+/// body and 20 seconds to arrive, answers 60 to be taken; at most 64 connections are open at a time. What they hold is bounded: a
+/// request or answer over 100 kB with which all would hold over 24 MB, requests counted thrice, gets 503.
 /// \param handle  called by several threads; its exceptions become status 500.
 /// \throws IoError if the port is taken.
 void serve(const WebOptions& options, const std::function<WebReply(const WebRequest&)>& handle);

@@ -3,14 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <mutex>
 #include <regex>
 
 #include "app/common/files.hpp"
+#include "app/common/foreign_json.hpp"
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
 #include "app/recipe/decks.hpp"
 #include "app/recipe/sections.hpp"
-#include "app/report/recipe_page.hpp"
 #include "app/workbench/launch.hpp"
 #include "app/workbench/opened_folder.hpp"
 #include "app/workbench/runs.hpp"
@@ -22,6 +23,12 @@ namespace {
 
 constexpr std::chrono::seconds kPatience{60};
 
+// What this process answers itself takes turns: the memory that each takes for a moment is that of one.
+std::unique_lock<std::mutex> own_turn() {
+    static std::mutex turn;
+    return std::unique_lock(turn);
+}
+
 std::string text_at_key(const Json& json, const char* key) {
     const auto found = json.find(key);
     if (found == json.end() || !found->is_string()) throw NotInside(fmt::format("{} is missing", key));
@@ -30,15 +37,6 @@ std::string text_at_key(const Json& json, const char* key) {
 
 WebReply reply_of(const Json& json) {
     return {.body = json.dump(-1, ' ', false, Json::error_handler_t::replace)};
-}
-
-bool is_utf8(const std::string& text) {
-    try {
-        static_cast<void>(Json(text).dump());
-        return true;
-    } catch (const Json::type_error&) {
-        return false;
-    }
 }
 
 // What is wrong with a recipe, as the program says it, with the line and of what is no TOML the column.
@@ -112,20 +110,22 @@ std::vector<std::string> shipped_recipes() {
 }
 
 // The folder's file, or a text that came with the program.
-Json text_json(const OpenedFolder& folder, const WebRequest& request) {
+WebReply text_reply(const OpenedFolder& folder, const WebRequest& request) {
     if (const auto shipped = request.query.find("shipped"); shipped != request.query.end()) {
         if (std::ranges::count(shipped_recipes(), shipped->second) == 0) throw NotInside("no shipped recipe");
-        return {{"text", surface::read_whole_file(shipped_folder("configs") / shipped->second)},
-                {"digest", ""}};
+        return reply_of({{"text", surface::read_whole_file(shipped_folder("configs") / shipped->second)},
+                         {"digest", ""}});
     }
     const auto path = request.query.find("path");
-    const std::string text = folder.read(path == request.query.end() ? "" : path->second);
-    if (!is_utf8(text))
-        return {
-            {"problem",
-             path->second +
-                 ": is not in UTF-8, and would be damaged here: convert it, as by iconv -f latin1 -t utf8"}};
-    return {{"text", text}, {"digest", digest(text)}};
+    std::string text = folder.read(path == request.query.end() ? "" : path->second), now = digest(text);
+    try {
+        return {.body = Json{{"text", std::move(text)}, {"digest", std::move(now)}}.dump()};
+    } catch (const Json::type_error&) {
+        return reply_of(
+            {{"problem",
+              path->second +
+                  ": is not in UTF-8, and would be damaged here: convert it, as by iconv -f latin1 -t utf8"}});
+    }
 }
 
 // The file is not as the page has it; the digest of one that was removed is empty.
@@ -167,26 +167,28 @@ Json start(const OpenedFolder& folder, const Json& asked) {
 
 // The folder that a recipe of the page is in, where files that it names are sought; before it is there, the
 // opened one.
-fs::path home_of(const OpenedFolder& folder, const Json& asked) {
+Descriptor home_of(const OpenedFolder& folder, const Json& asked) {
     const std::string path = text_at_key(asked, "path");
     const std::size_t slash = path.rfind('/');
     try {
-        return folder.inside(slash == std::string::npos ? "" : path.substr(0, slash));
+        return folder.folder(slash == std::string::npos ? "" : path.substr(0, slash));
     } catch (const NotInside&) {
-        return folder.path();
+        return folder.folder("");
     }
 }
 
 WebReply preview(const OpenedFolder& folder, const Json& asked) {
-    const SpokenAnswer said = ask_program({"report", "-", "--json", "-"}, home_of(folder, asked),
-                                          text_at_key(asked, "text"), kPatience);
+    const Descriptor home = home_of(folder, asked);
+    SpokenAnswer said =
+        ask_program({"report", "-", "--json", "-"}, home.number(), text_at_key(asked, "text"), kPatience);
     if (said.exit_code != 0) return reply_of(problem_of(said.messages));
-    return {.body = said.output};
+    return {.body = std::move(said.output)};
 }
 
 WebReply check(const OpenedFolder& folder, const Json& asked) {
+    const Descriptor home = home_of(folder, asked);
     const SpokenAnswer said =
-        ask_program({"check", "-"}, home_of(folder, asked), text_at_key(asked, "text"), kPatience);
+        ask_program({"check", "-"}, home.number(), text_at_key(asked, "text"), kPatience);
     if (said.exit_code != 0) return reply_of(problem_of(said.messages));
     return reply_of({{"text", notes_of(said.messages) + findings_of(said.output)}});
 }
@@ -196,7 +198,7 @@ std::vector<std::string> runs_asked(const OpenedFolder& folder, const WebRequest
     const auto asked = request.query.find("run");
     if (asked == request.query.end()) throw NotInside("no run");
     std::vector<std::string> names = split(asked->second, '\0');
-    for (const std::string& name : names) folder.without_links(name);
+    for (const std::string& name : names) folder.refuse_links(name);
     return names;
 }
 
@@ -205,9 +207,10 @@ WebReply results(const OpenedFolder& folder, const WebRequest& request) {
     if (request.query.contains("last")) words.emplace_back("--last");
     words.emplace_back("--");
     for (const std::string& name : runs_asked(folder, request)) words.push_back("./" + name);
-    const SpokenAnswer said = ask_program(words, folder.path(), "", kPatience);
+    const Descriptor here = folder.folder("");
+    SpokenAnswer said = ask_program(words, here.number(), "", kPatience);
     if (said.exit_code != 0) return reply_of(problem_of(said.messages));
-    return {.body = said.output};
+    return {.body = std::move(said.output)};
 }
 
 Json contents_json(const OpenedFolder& folder, const std::string& first) {
@@ -220,21 +223,8 @@ Json contents_json(const OpenedFolder& folder, const std::string& first) {
         } catch (const NotInside&) {  // removed meanwhile
         }
     }
-    return {{"folder", folder.path().string()},
-            {"recipe", first},
-            {"recipes", found.recipes},
-            {"runs", runs},
-            {"cut", !found.whole}};
-}
-
-Json table_json(const OpenedFolder& folder) {
-    std::vector<fs::path> folders;
-    std::vector<std::string> names;
-    for (const std::string& name : folder.contents().results) {
-        folders.push_back(folder.path() / name);
-        names.push_back(name);
-    }
-    return runs_table(folders, names);
+    return {{"folder", folder.path().string()}, {"recipe", first}, {"recipes", found.recipes},
+            {"tables", found.tables},           {"runs", runs},    {"cut", !found.whole}};
 }
 
 Json log_json(const OpenedFolder& folder, const WebRequest& request) {
@@ -251,28 +241,35 @@ Json log_json(const OpenedFolder& folder, const WebRequest& request) {
 
 // A measured profile as columns of numbers.
 Json profile_json(const Json& asked) {
-    const CsvTable table = parse_csv(text_at_key(asked, "text"), "the file", 100'000);
+    constexpr std::size_t kMost = 200'000;
+    const CsvTable table = parse_csv(text_at_key(asked, "text"), "the file", kMost / 2);
+    if (table.columns.size() * table.columns.front().values.size() > kMost)
+        throw FileError("the file: holds over {} numbers: keep two columns, x and z", kMost);
     Json columns = Json::array();
     for (const CsvColumn& column : table.columns)
         columns.push_back(Json{{"name", column.name}, {"unit", column.unit}, {"values", numbers_of(column)}});
     return {{"columns", columns}, {"understood", table.understood}};
 }
 
-Json got(const OpenedFolder& folder, const std::string& first, const WebRequest& request) {
-    if (request.path == "/api/contents") return contents_json(folder, first);
-    if (request.path == "/api/table") return table_json(folder);
-    if (request.path == "/api/text") return text_json(folder, request);
+WebReply got(const OpenedFolder& folder, const std::string& first, const WebRequest& request) {
+    if (request.path == "/api/results") return results(folder, request);
+    const auto turn = own_turn();
+    if (request.path == "/") return {.type = "text/html; charset=utf-8", .body = workbench_html()};
+    if (request.path == "/api/contents") return reply_of(contents_json(folder, first));
+    if (request.path == "/api/table") return reply_of(table_json(folder));
+    if (request.path == "/api/text") return text_reply(folder, request);
     if (request.path == "/api/keys") {
         const Json decks = decks_json();
-        return {{"sections", keys_json(decks)}, {"shipped", shipped_recipes()}, {"decks", decks}};
+        return reply_of({{"sections", keys_json(decks)}, {"shipped", shipped_recipes()}, {"decks", decks}});
     }
-    if (request.path == "/api/log") return log_json(folder, request);
+    if (request.path == "/api/log") return reply_of(log_json(folder, request));
     throw NotInside("no such page");
 }
 
 WebReply posted(const OpenedFolder& folder, const std::string& path, const Json& asked) {
     if (path == "/api/preview") return preview(folder, asked);
     if (path == "/api/check") return check(folder, asked);
+    const auto turn = own_turn();
     if (path == "/api/save") return reply_of(save(folder, asked));
     if (path == "/api/profile") return reply_of(profile_json(asked));
     if (path == "/api/start") return reply_of(start(folder, asked));
@@ -288,13 +285,12 @@ Workbench::Workbench(const OpenedFolder& folder, std::string recipe)
 WebReply Workbench::answer(const WebRequest& request) const {
     try {
         if (request.method == "POST") {
-            const Json asked = parse_json(request.body);
+            constexpr std::size_t kMostValues = 10'000;
+            const Json asked = parse_foreign_json(request.body, kMostValues);
             if (!asked.is_object()) return {.status = 400, .type = "text/plain", .body = "not JSON\n"};
             return posted(folder_, request.path, asked);
         }
-        if (request.path == "/") return {.type = "text/html; charset=utf-8", .body = workbench_html()};
-        if (request.path == "/api/results") return results(folder_, request);
-        return reply_of(got(folder_, recipe_, request));
+        return got(folder_, recipe_, request);
     } catch (const NotInside& error) {
         return {
             .status = 404, .type = "text/plain; charset=utf-8", .body = fmt::format("{}\n", error.what())};

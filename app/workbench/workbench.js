@@ -1,7 +1,7 @@
 "use strict";
 // The workbench: a recipe and the wafer that it begins with, runs of the folder, and what they found.
 (() => {
-  const { el, number } = Sidewall, kTyping = 250, kResting = 700, kPoll = 1000, kLongestPoll = 5000;
+  const { el, number, latest } = Sidewall, kTyping = 250, kResting = 700, kPoll = 1000, kLongestPoll = 5000;
   const kSilent = "The workbench does not answer: it has ended, or the connection is lost.";
   history.replaceState(null, "", "/");  // the token is in a cookie from now on
 
@@ -11,9 +11,10 @@
     if (!response.ok) throw new Error((await response.text()).trim() || `status ${response.status}`);
     return response.json();
   }
+  const textOf = (path) => get(`/api/text?path=${encodeURIComponent(path)}`);
   const query = (names) => names.map((name) => `run=${encodeURIComponent(name)}`).join("&");
 
-  const state = { path: "", digest: "", dirty: false, round: 0, opens: 0, took: 0, runs: [], table: null, stamps: "", shown: [], shownStamp: "",
+  const state = { path: "", digest: "", dirty: false, round: 0, opens: 0, took: 0, runs: [], table: null, stamps: "", shown: [], shownStamp: "", tables: [],
                   pinned: false, chosen: new Set(), profiles: [] };
   let editor = null, keys = null, fresh = false;  // fresh: the view is of another wafer than before
 
@@ -32,19 +33,21 @@
   const runs = el("div", { class: "runs" }), results = el("div", { class: "results" }), left = el("div", { class: "left" });
   const form = Sidewall.studyForm({
     numberAtCursor: () => editor.numberAtCursor(),
-    profileNames: () => state.profiles.map((profile) => profile.path),
+    profileNames: () => state.tables,
     start: (asked) => tried(begin(asked)),
   });
+  const masks = Sidewall.maskForm({ pane: view, editor: () => editor });
+  const measured = el("select", { "aria-label": "measured profile", onchange: () => tried(textOf(measured.value).then(({ text }) => measure(measured.value, text))) });
   document.getElementById("page").replaceWith(el("main", { id: "page", class: "workbench" },
     el("header", { class: "bar" }, el("b", {}, "Sidewall"), choose, buttons.save, buttons.run, buttons.stop, buttons.resume,
-       buttons.compare, status),
+       buttons.compare, measured, status),
     left, view, runs, results));
 
   const say = (text, wrong = false) => {
     status.textContent = text;
     status.classList.toggle("wrong", wrong);
   };
-  const tried = (work) => work.catch((error) => say(error.message, true));
+  const failed = (error) => say(error.message, true), tried = (work) => work.catch(failed);
   const told = (reply) => {
     if (reply.problem) throw new Error(reply.problem);
     return reply;
@@ -68,6 +71,7 @@
     view.viewer = Sidewall.viewer;
     if (!view.viewer) return;
     view.viewer.begin();
+    setTimeout(masks.aim);
     if (seen && view.viewer.controls) view.viewer.seeFrom(seen);
     else if (side && view.viewer.controls) view.viewer.place(...side, view.viewer.distance());
   }
@@ -96,19 +100,6 @@
     window.scrollTo(window.scrollX, scrollY);
   }
 
-  // Work of which one at a time is asked for: what comes meanwhile is done once more at its end.
-  const latest = (work) => {
-    let busy = null, again = false;
-    const go = () => {
-      again = Boolean(busy);
-      return busy || (busy = work().finally(() => {
-        busy = null;
-        if (again) tried(go());
-      }));
-    };
-    return go;
-  };
-
   // Checks and draws the recipe as it stands; an answer on an earlier text is dropped.
   let typing = 0;
   const changed = () => {
@@ -127,17 +118,17 @@
     if (page.problem) return;
     if (!state.pinned) draw(page, false);
     setTimeout(() => round === state.round && tried(estimate()), kResting);
-  });
+  }, failed);
   const estimate = latest(async () => {
     findings.textContent = "Estimating what a run takes ...";
     const { round } = state, found = await post("/api/check", { path: state.path, text: editor.text });
     if (round === state.round) findings.textContent = found.problem || found.text;
-  });
+  }, failed);
 
   // Recipes.
   async function open(path, shipped) {
     const opening = ++state.opens, { round } = state;
-    const found = told(await get(shipped ? `/api/text?shipped=${encodeURIComponent(shipped)}` : `/api/text?path=${encodeURIComponent(path)}`));
+    const found = told(await (shipped ? get(`/api/text?shipped=${encodeURIComponent(shipped)}`) : textOf(path)));
     if (opening !== state.opens) return;  // another was chosen meanwhile
     if (round !== state.round) { refreshBar(); throw new Error(`${path} is not opened, as something was typed meanwhile`); }
     try { Sidewall.Editor.lineEnd(found.text); } catch (error) { refreshBar(); throw new Error(`${path}: ${error.message}`); }
@@ -181,7 +172,7 @@
 
   // The file has changed on the disk since it was opened, or is gone: both texts, where they differ, and which of them is to stay.
   async function conflict(path, digest) {
-    const theirs = digest ? (await get(`/api/text?path=${encodeURIComponent(path)}`)).text : "", known = theirs !== undefined;
+    const theirs = digest ? (await textOf(path)).text : "", known = theirs !== undefined;
     if (path !== state.path) return;
     const a = (theirs || "").split("\n"), b = editor.text.split("\n");
     let low = 0, high = 0;
@@ -203,6 +194,7 @@
 
   // Runs.
   const shownRun = () => state.runs.find((run) => state.shown.length === 1 && run.path === state.shown[0]);
+  const resumable = (one) => one && one.state === "stopped" && ["run", "sweep", "fit"].includes(one.kind);
   const free = (stem) => {
     const taken = new Set(state.runs.map((run) => run.path));
     for (let n = 1;; ++n) if (!taken.has(n > 1 ? `${stem}-${n}` : stem)) return n > 1 ? `${stem}-${n}` : stem;
@@ -221,7 +213,8 @@
   }
   const run = () => begin({ command: "run" });
   async function resume(path) {
-    told(await post("/api/start", { command: "run", recipe: `${path}/recipe.toml`, output: path, resume: true }));
+    const { kind } = state.runs.find((run) => run.path === path);  // a sweep or fit is that of its folder
+    told(await post("/api/start", { command: kind, recipe: `${path}/recipe.toml`, output: path, resume: true }));
     await watch(path);
   }
   async function stop(path) {
@@ -291,7 +284,7 @@
       return el("tr", { class: state.shown.includes(one.path) ? "shown" : "" }, el("td", {}, box),
         el("td", {}, button(one.path, "show it", () => tried(show([one.path], true)))), el("td", {}, one.kind), el("td", {}, progress(one)),
         el("td", {}, one.state === "running" ? button("Stop", "stop it", () => tried(stop(one.path)))
-          : one.state === "stopped" && one.kind === "run" ? button("Resume", "go on", () => tried(resume(one.path))) : "",
+          : resumable(one) ? button("Resume", "go on", () => tried(resume(one.path))) : "",
           button("Log", "what it said", () => tried(showLog(one.path)))),
         ...columns.map((_, k) => cell((rows.get(one.path) || [])[k])));
     });
@@ -307,7 +300,7 @@
     buttons.save.disabled = !state.dirty;
     buttons.run.disabled = !state.path && !state.dirty;
     buttons.stop.hidden = !one || one.state !== "running";
-    buttons.resume.hidden = !one || one.state !== "stopped" || one.kind !== "run";
+    buttons.resume.hidden = !resumable(one);
     buttons.compare.disabled = state.chosen.size < 2;
     const option = (kind, name, text = name) => el("option", { value: kind + name }, text);
     const here = (state.recipes || []).slice();
@@ -319,6 +312,9 @@
       el("optgroup", { label: "A step more, of a chemistry with sources" },
          ...Object.keys(keys ? keys.decks : {}).map((name) => option("c:", name, `${name} (${keys.decks[name]})`))));
     choose.value = `f:${state.path}`;
+    measured.hidden = !state.tables.length;
+    measured.replaceChildren(option("", "", "Measured profile ..."), ...state.tables.map((name) => option("", name)));
+    form.showProfiles();
   }
 
   let polling = null;
@@ -327,8 +323,8 @@
     const asked = performance.now(), found = await get("/api/contents");
     state.took = performance.now() - asked;
     const stamps = JSON.stringify(found.runs);
-    const news = stamps !== state.stamps || JSON.stringify(found.recipes) !== JSON.stringify(state.recipes);
-    state.recipes = found.recipes;
+    const news = stamps !== state.stamps || JSON.stringify([found.recipes, found.tables]) !== JSON.stringify([state.recipes, state.tables]);
+    Object.assign(state, { recipes: found.recipes, tables: found.tables });
     state.runs = found.runs;
     state.first = found.recipe;
     if (found.cut && !state.cut) say("The folder is large: not all of it is listed.", true);
@@ -343,20 +339,22 @@
     if (one && one.stamp + one.state !== state.shownStamp) await show(state.shown);
   }
 
-  // A measured profile that is dropped is kept beside the recipe, where a fit finds it.
-  async function dropped(file) {
-    const text = await file.text();
+  // A measured profile, over those of the runs that are shown; one that is dropped is kept in the folder, where a fit finds it.
+  async function measure(path, text) {
     const { columns } = told(await post("/api/profile", { text }));
-    Sidewall.profilePoints(columns);
-    let saved = await post("/api/save", { path: file.name, text, digest: "" });
-    if (saved.changed && confirm(`${file.name} is there already: replace it?`))
-      saved = await post("/api/save", { path: file.name, text, digest: saved.digest });
+    state.profiles = [...state.profiles.filter((profile) => profile.name !== path), { name: path, columns }];
+    say(`${path}: over the profiles of the runs that are shown`);
+    if (state.page) redraw();
+  }
+  async function dropped(file) {
+    const text = await file.text(), kept = (digest) => post("/api/save", { path: file.name, text, digest });
+    Sidewall.profilePoints(told(await post("/api/profile", { text })).columns);
+    let saved = await kept("");
+    if (saved.changed && confirm(`${file.name} is there already: replace it?`)) saved = await kept(saved.digest);
     if (saved.changed) return;
     told(saved);
-    state.profiles = [...state.profiles.filter((profile) => profile.path !== file.name), { name: file.name, path: file.name, columns }];
-    form.showProfiles();
-    say(`${file.name}: over the profiles of the runs that are shown`);
-    if (state.page) redraw();
+    await measure(file.name, text);
+    await poll();
   }
   addEventListener("dragover", (event) => event.preventDefault());
   addEventListener("drop", (event) => {
@@ -375,7 +373,7 @@
   async function start() {
     keys = await get("/api/keys");
     editor = new Sidewall.Editor(left, keys.sections, changed);
-    left.append(findings, form);
+    left.append(findings, form, masks);
     await tried(poll());
     const first = state.first || state.recipes[0];
     if (first) await tried(open(first));

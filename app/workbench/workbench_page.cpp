@@ -13,6 +13,7 @@ SIDEWALL_EMBED(toml, SIDEWALL_CODEMIRROR_TOML_JS);
 SIDEWALL_EMBED(workbench_css, SIDEWALL_WORKBENCH_DIR "/workbench.css");
 SIDEWALL_EMBED(editor, SIDEWALL_WORKBENCH_DIR "/editor.js");
 SIDEWALL_EMBED(compare, SIDEWALL_WORKBENCH_DIR "/compare.js");
+SIDEWALL_EMBED(masks, SIDEWALL_WORKBENCH_DIR "/masks.js");
 SIDEWALL_EMBED(workbench, SIDEWALL_WORKBENCH_DIR "/workbench.js");
 
 namespace sidewall::app {
@@ -38,6 +39,7 @@ std::string workbench_html() {
                      embedded(sidewall_hint, sidewall_hint_end), embedded(sidewall_toml, sidewall_toml_end),
                      embedded(sidewall_editor, sidewall_editor_end),
                      embedded(sidewall_compare, sidewall_compare_end),
+                     embedded(sidewall_masks, sidewall_masks_end),
                      embedded(sidewall_workbench, sidewall_workbench_end)}});
 }
 

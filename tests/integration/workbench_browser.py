@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""The workbench in headless Chromium: workbench_browser.py PROGRAM FOLDER [PICTURE.png]
+"""The workbench in headless Chromium: workbench_browser.py PROGRAM FOLDER [PICTURE.png [PICTURES]]
 
-Drives the page through the browser's DevTools pipe as a user does, in FOLDER, and prints what it found as JSON.
+Drives the page through the browser's DevTools pipe as a user does, in FOLDER, and prints what it found as JSON; PICTURES_masks.png shows masks as they are drawn.
 Exit code 77: Chromium is missing or does not start here.
 """
 import base64
@@ -111,7 +111,7 @@ class Browser:
             raise RuntimeError(f"{expression}: {result['exceptionDetails']}")
         return result["result"].get("value")
 
-    def until(self, expression, seconds=60):
+    def until(self, expression, seconds=240):
         end = time.time() + seconds
         while time.time() < end:
             value = self.js(expression)
@@ -125,6 +125,12 @@ class Browser:
         for kind in ("rawKeyDown", "keyUp"):
             self.send("Input.dispatchKeyEvent", type=kind, key=key, code=code, windowsVirtualKeyCode=number,
                       modifiers=modifiers)
+
+    def drag(self, places):
+        """Presses the mouse at the first of these places of the window and releases it at the last."""
+        for k, (x, y) in enumerate([places[0], *places, places[-1]]):
+            kind = "mousePressed" if k == 1 else "mouseReleased" if k == len(places) + 1 else "mouseMoved"
+            self.send("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=int(0 < k <= len(places)), clickCount=1)
 
     def type(self, text):
         self.send("Input.insertText", text=text)
@@ -149,14 +155,16 @@ class Browser:
 
 CONTROL = 2
 EDITOR = "Sidewall.workbench.editor"
+VIEWER = "document.querySelector('.pane').viewer"
 ROWS = "[...document.querySelectorAll('.runs tbody tr')]"
 
 
 def put_cursor(page, line, text):
     """Replaces a line of the editor by typing."""
-    page.js(f"{EDITOR}.mirror.focus(); {EDITOR}.mirror.setSelection({{line: {line}, ch: 0}}, {{line: {line}, ch: 1000}});"
-            "new Promise((done) => setTimeout(done, 100))")  # until the browser's own selection follows
+    page.until(f"(() => {{ const cm = {EDITOR}.mirror; cm.focus(); cm.setSelection({{line: {line}, ch: 0}}, {{line: {line}, ch: 1000}});"
+               f"return cm.hasFocus() && getSelection().toString() === cm.getLine({line}); }})()")  # the browser's own selection has followed
     page.type(text)
+    page.until(f"{EDITOR}.mirror.getLine({line}) === {json.dumps(text)}")  # the editor has read it
 
 
 def press(page, text):
@@ -190,7 +198,8 @@ def edit(page, found):
     page.until("document.querySelector('.CodeMirror .problem').textContent.includes('not valid TOML')")
     found["no_toml_at"] = page.js(f"(() => {{ const at = {EDITOR}.fault.find().from; return [at.line, at.ch]; }})()") == [width, 12]
     put_cursor(page, width, "wi")
-    page.js(f"{EDITOR}.mirror.setCursor({{line: {width}, ch: 2}})")
+    page.js(f"{EDITOR}.mirror.closeHint(); {EDITOR}.mirror.focus(); {EDITOR}.mirror.setCursor({{line: {width}, ch: 2}})")
+    page.until(f"{EDITOR}.mirror.hasFocus() && !document.querySelector('.CodeMirror-hint')")
     page.key(" ", "Space", 32, CONTROL)
     found["completed"] = page.until("[...document.querySelectorAll('.CodeMirror-hint b')].map((x) => x.textContent).join()")
     page.js(f"{EDITOR}.mirror.closeHint(); {EDITOR}.mirror.getInputField().blur(); new Promise((done) => setTimeout(done, 300))")
@@ -264,6 +273,8 @@ def leave(page, found, address, folder):
 def conflict(page, found, folder):
     """A file that an editor has changed meanwhile: both texts, and the choice between them."""
     path = f"{folder}/small.toml"
+    with open(path, "w") as file:
+        file.write(SMALL)
     page.until("Sidewall.workbench.open('small.toml').then(() => true)")
     put_cursor(page, 0, "# mine")
     page.until("Sidewall.workbench.state.dirty")
@@ -318,6 +329,69 @@ def other_files(page, found, folder):
                "if (!deck) return false; const list = document.querySelector('.bar select'); list.value = deck.value;"
                "list.dispatchEvent(new Event('change')); return true; })()")
     found["chemistry"] = page.js(f"{EDITOR}.text.includes('chemistry = ')")
+
+
+def inserted(before, after):
+    """What a text has more than before, in one place and as early as it may be; None if it differs otherwise."""
+    begin, more = os.path.commonprefix([before, after]), len(after) - len(before)
+    places = [k for k in range(len(begin) + 1) if after[k + more:] == before[k:]]
+    return after[places[0]:places[0] + more] if places else None
+
+
+def masks(page, found):
+    """Masks drawn by the mouse, by the keyboard and at a profile, each of which the editor's undo takes away."""
+    page.until("Sidewall.workbench.open('small.toml').then(() => true)")
+    before, text = page.js(f"{EDITOR}.text"), f"{EDITOR}.text"
+    form, outlines = "document.querySelector('.masks')", f"(({VIEWER} || {{}}).outlines || {{ children: [] }}).children.length"
+
+    def undo():
+        page.js(f"{EDITOR}.mirror.focus()")
+        page.key("z", "KeyZ", 90, CONTROL)
+
+    def draw(*shares):
+        page.js("window.scrollTo(0, 0)")
+        x, y, w, h = page.js(f"(({{ x, y, width, height }}) => [x, y, width, height])({VIEWER}.canvas.getBoundingClientRect())")
+        page.drag([(x + a * w, y + b * h) for a, b in shares])
+
+    def press_draw():
+        page.js(f"{form}.open = true; [...{form}.querySelectorAll('button')].find((b) => b.textContent.startsWith('Draw')).click()")
+        page.until(f"document.querySelector('.pane.drawing') && {VIEWER} && {VIEWER}.aspect > 0 && {VIEWER}.fitted.name !== '3-D'")
+
+    page.until(f"{outlines} === 0 && {VIEWER} && {VIEWER}.aspect > 0")
+    press_draw()
+    draw((0.4, 0.45), (0.5, 0.5), (0.6, 0.55))
+    page.until(f"{outlines} === 1")
+    found["drawn"] = inserted(before, page.js(text))
+    draw((0.65, 0.45), (0.7, 0.5), (0.75, 0.55))
+    page.until(f"{outlines} === 2")
+    found["drawn_twice"] = inserted(before, page.js(text))
+    if len(sys.argv) > 4:
+        page.picture(sys.argv[4] + "_masks.png")
+    page.key("Escape", "Escape", 27)
+    undo()
+    undo()
+    found["undone"] = page.until(f"{text} === {json.dumps(before)}")
+    # By the keyboard, and what stays instead of what is open.
+    page.js(f"for (const [name, v] of Object.entries({{ 'x from': -0.5, 'x to': 0.25, 'y from': -0.2, 'y to': 0.3, thickness: 0.2 }}))"
+            f"  {form}.querySelector(`[aria-label='${{name}}']`).value = v; {form}.querySelector('select').selectedIndex = 1;"
+            f"{form}.querySelector(`[aria-label='y to']`).focus()")
+    page.key("Enter", "Enter", 13)
+    page.until(f"{text}.includes('openings = false')")
+    found["by_fields"] = inserted(before, page.js(text))
+    undo()
+    page.until(f"{text} === {json.dumps(before)}")
+    put_cursor(page, 2, "extent = [2.0]")
+    profile = page.js(text)
+    page.until(f"{VIEWER} && {VIEWER}.max[1] - {VIEWER}.min[1] < 0.1")
+    page.js(f"{form}.querySelector('select').selectedIndex = 0")
+    press_draw()
+    draw((0.4, 0.3), (0.45, 0.4), (0.5, 0.3))
+    page.until(f"{VIEWER}.section.materials.some((m) => m.name === 'Resist')")
+    found["interval"] = inserted(profile, page.js(text))
+    if len(sys.argv) > 4:
+        page.picture(sys.argv[4] + "_interval.png")
+    page.key("Escape", "Escape", 27)
+    page.js(f"{form}.open = false")
 
 
 def sweep(page, found):
@@ -392,7 +466,7 @@ def fit(page, found, folder):
                               "Number(document.querySelector('.interval b').textContent)]")
 
 
-def compare(page, found):
+def compare(page, found, folder):
     put_cursor(page, duration_line(RECIPE), "duration = 0.3")
     page.until("Sidewall.workbench.state.dirty")
     press(page, "Run")
@@ -407,6 +481,13 @@ def compare(page, found):
     drop(page, "measured.csv", "x [nm],z [nm]\n" + "".join(f"{x},100\n" for x in range(-1000, -500, 100)))
     page.until(f"{lines}.includes('measured.csv')")
     found["dots"] = page.until("document.querySelectorAll('.results figure.shape .series circle').length")
+    # One of the folder is chosen from a list.
+    with open(f"{folder}/older.csv", "w") as file:
+        file.write("x [nm],z [nm]\n0,100\n10,100\n")
+    page.until("(() => { const list = document.querySelector('[aria-label=\"measured profile\"]');"
+               "if (![...list.options].some((o) => o.value === 'older.csv')) return false;"
+               "list.value = 'older.csv'; list.dispatchEvent(new Event('change')); return true; })()")
+    page.until(f"{lines}.includes('older.csv')")
 
 
 def main():
@@ -434,9 +515,10 @@ def main():
         edit(page, found)
         leave(page, found, address, folder)
         run_stop_resume(page, found)
-        compare(page, found)
+        compare(page, found, folder)
         fit(page, found, folder)
         sweep(page, found)
+        masks(page, found)
         conflict(page, found, folder)
         other_files(page, found, folder)
         layout(page, found)

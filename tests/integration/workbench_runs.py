@@ -27,15 +27,15 @@ class Server:
         with urllib.request.urlopen(request, timeout=60) as reply:
             return json.load(reply)
 
-    def run(self):
-        runs = self.ask("/api/contents")["runs"]
+    def run(self, name="results/one"):
+        runs = [run for run in self.ask("/api/contents")["runs"] if run["path"] == name]
         return runs[0] if runs else {"state": "none"}
 
-    def until(self, *states):
-        end = time.time() + 60
-        while self.run()["state"] not in states:
+    def until(self, *states, name="results/one"):
+        end = time.time() + 240
+        while self.run(name)["state"] not in states:
             if time.time() > end:
-                raise TimeoutError(f"{self.run()}, wanted {states}")
+                raise TimeoutError(f"{self.run(name)}, wanted {states}")
             time.sleep(0.05)
 
 
@@ -98,6 +98,17 @@ def main():
         found["log"] = log
         wrong = server.ask("/api/preview", {"path": "recipe.toml", "text": "[domain\n"})
         found["wrong_line"] = wrong["line"]
+        # A sweep that is stopped goes on as its folder says.
+        server.ask("/api/start", {"command": "sweep", "recipe": "recipe.toml", "output": "results/sweep",
+                                  "vary": ["step[0].rate=0.1,0.2,0.3"], "set": ["advection.cfl=0.02"]})
+        server.until("running", name="results/sweep")
+        while not server.ask("/api/stop", {"run": "results/sweep"})["asked"]:
+            time.sleep(0.05)
+        server.until("stopped", name="results/sweep")
+        found["sweep_stopped"] = server.run("results/sweep")["state"]
+        server.ask("/api/start", {"command": "sweep", "output": "results/sweep", "resume": True})
+        server.until("finished", name="results/sweep")
+        found["sweep_at_last"] = server.run("results/sweep")["state"]
         server.process.terminate()
         found["exit_code"] = server.process.wait(10)
     finally:

@@ -86,6 +86,19 @@ TEST_CASE(
     CHECK(page["fitted"][0] == "step[0].sticking");
     CHECK(page["fitted"][1] == Approx(0.5).margin(0.05));  // in the recipe that made the profile
     CHECK(page["swept"].get<std::string>().find("Response curves") != std::string::npos);
+    const auto drawn = page["drawn"].get<std::string>(), twice = page["drawn_twice"].get<std::string>();
+    CHECK(
+        drawn.find(
+            "\n\n[[layer]]\nmaterial = \"Resist\"\nshape = \"mask\"\nthickness = 0.2\npolygons = [{ points = [-0.") ==
+        0);
+    CHECK(twice.find(drawn.substr(0, drawn.size() - 1)) == 0);
+    CHECK(std::count(twice.begin(), twice.end(), '{') == 2);
+    CHECK(page["undone"] == true);
+    CHECK(page["by_fields"] ==
+          "\n\n[[layer]]\nmaterial = \"Resist\"\nshape = \"mask\"\nthickness = 0.2\nopenings = false\n"
+          "polygons = [{ points = [-0.5, -0.2, 0.25, -0.2, 0.25, 0.3, -0.5, 0.3] }]");
+    CHECK(page["interval"].get<std::string>().find(
+              "\n\n[[layer]]\nmaterial = \"Resist\"\nshape = \"trench\"\nthickness = 0.2\nwidth = ") == 0);
     CHECK(page["conflict"] == "- # theirs\n+ # mine\n");
     CHECK(page["kept"] == "# mine\n");
     CHECK(page["run_refused"].get<std::string>().find("small.toml has changed on the disk") == 0);
@@ -127,6 +140,8 @@ TEST_CASE("a run outlives the workbench that started it, and page and command li
     CHECK(runs["at_last"] == "finished");
     CHECK(runs["log"].get<std::string>().find("--overwrite") != std::string::npos);
     CHECK(runs["wrong_line"] == 1);
+    CHECK(runs["sweep_stopped"] == "stopped");
+    CHECK(runs["sweep_at_last"] == "finished");
     CHECK(runs["exit_code"] == 0);
 }
 

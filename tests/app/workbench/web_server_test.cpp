@@ -34,6 +34,8 @@ class Server {
                                   .stop = [this] { return stop_.load(); }},
                                  [this](const WebRequest& request) {
                                      ++handled;
+                                     if (request.path == "/large")
+                                         return WebReply{.body = std::string(12'000'000, 'x')};
                                      if (request.path == "/throws") throw std::runtime_error("no luck");
                                      return WebReply{.body = request.path};
                                  });
@@ -75,6 +77,8 @@ int connected(std::uint16_t port) {
     there.sin_port = htons(port);
     there.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     const timeval patience{.tv_sec = 20, .tv_usec = 0};
+    const int little = 65'536;  // that the system takes off the server's hands
+    setsockopt(client, SOL_SOCKET, SO_RCVBUF, &little, sizeof little);
     setsockopt(client, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
     REQUIRE(connect(client, reinterpret_cast<const sockaddr*>(&there), sizeof there) == 0);
     return client;
@@ -158,6 +162,52 @@ TEST_CASE("a request that is refused is answered before its body has come", "[fo
     CHECK(status(answer(server.port, server.request("/api/save", announced, "evil.example"))) == 403);
     CHECK(status(answer(server.port, server.request("/api/save", announced))) == 0);  // it is waited for
     CHECK(server.handled == 0);
+}
+
+TEST_CASE("what all requests and answers hold is bounded: beyond it a client is told to ask again",
+          "[foreign]") {
+    const Server server;
+    const auto begun = [&](const std::string& request) {
+        const int client = connected(server.port);
+        CHECK(send(client, request.data(), request.size(), MSG_NOSIGNAL) > 0);
+        return client;
+    };
+    const auto first_status = [](int client) {
+        std::array<char, 12> line{};
+        const bool whole = recv(client, line.data(), line.size(), MSG_WAITALL) == 12;
+        return whole ? std::stoi(std::string(line.data() + 9, 3)) : 0;
+    };
+    // Answers of 12 MB that nobody takes: two fit in.
+    std::vector<int> clients;
+    int taken = 0, refused = 0;
+    for (int k = 0; k < 40; ++k) clients.push_back(begun(server.request("/large")));
+    for (const int client : clients) {
+        const int code = first_status(client);
+        taken += code == 200;
+        refused += code == 503;
+    }
+    CHECK(taken == 2);
+    CHECK(refused == 38);
+    CHECK(status(answer(server.port, server.request("/"))) == 200);
+    for (const int client : clients) close(client);
+    int again = 503;
+    for (int k = 0; k < 200 && again == 503; ++k) {
+        usleep(10'000);
+        again = status(answer(server.port, server.request("/large")));
+    }
+    CHECK(again == 200);
+    // Of bodies that are announced and do not come, two of 3 MB, which count thrice.
+    clients.clear();
+    const std::string announced = server.request("/api/save", "Content-Length: 3000000\r\n");
+    for (int k = 0; k < 2; ++k) clients.push_back(begun(announced));
+    int third = 0;
+    for (int k = 0; k < 200 && third != 503; ++k) {
+        usleep(10'000);
+        third = status(answer(server.port, announced));
+    }
+    CHECK(third == 503);
+    CHECK(status(answer(server.port, server.request("/", "Content-Length: 5\r\n") + "hello")) == 200);
+    for (const int client : clients) close(client);
 }
 
 TEST_CASE("a thousand damaged requests are refused or dropped, and the next good one is answered",
