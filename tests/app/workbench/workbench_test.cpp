@@ -186,7 +186,7 @@ TEST_CASE("results with a link among them are not listed, and a report reads non
 }
 
 TEST_CASE(
-    "a folder that is renamed while it is open is read, written and worked in; its old name leads nowhere",
+    "a folder that is renamed while it is open is read, written and worked in, its old name leads nowhere",
     "[foreign]") {
     const Opened opened;
     const fs::path old = opened.inside.path, moved = old.string() + "-moved";
