@@ -157,7 +157,10 @@ std::map<std::string, std::string> written_keys(const std::string& effective) {
     std::map<std::string, std::string> keys;
     std::map<std::string, int> count;  // of tables in a list, by its path
     std::string prefix;
+    // In bytes: each part of a longer name would be kept with all parts before it.
+    constexpr std::size_t kLongest = 1000;
     for (const std::string& line : split(effective, '\n')) {
+        if (std::min(line.find(" = "), line.size()) > kLongest) continue;
         if (line.starts_with("[[")) {
             prefix.clear();
             const std::vector<std::string> parts = split(line.substr(2, line.find("]]") - 2), '.');

@@ -44,13 +44,14 @@ pid_t spawn(const std::vector<std::string>& words, int folder, const std::array<
     ::posix_spawnattr_setsigdefault(&attributes, &stopping);
     ::posix_spawnattr_setflags(&attributes,
                                static_cast<short>(flags | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF));
-    ::posix_spawn_file_actions_addfchdir_np(&actions, folder);
+    const int no_folder = ::posix_spawn_file_actions_addfchdir_np(&actions, folder);
     for (int k = 0; k < 3; ++k)
         ::posix_spawn_file_actions_adddup2(&actions, files[static_cast<std::size_t>(k)], k);
     ::posix_spawn_file_actions_addclosefrom_np(&actions, 3);
     pid_t process = 0;
     const int failure =
-        words.front() == "sidewall"
+        no_folder != 0 ? no_folder
+        : words.front() == "sidewall"
             ? ::posix_spawn(&process, "/proc/self/exe", &actions, &attributes, pointers.data(), environ)
             : ::posix_spawnp(&process, words.front().c_str(), &actions, &attributes, pointers.data(),
                              environ);

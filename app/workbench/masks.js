@@ -101,6 +101,7 @@
       if (!drawing || !viewer() || event.target !== viewer().canvas || event.button !== 0 || !(from = place(event))) return;
       viewer().controls.enabled = false;
       event.target.setPointerCapture(event.pointerId);
+      show(from);
     }, true);
     pane.addEventListener("pointermove", (event) => { const to = from && place(event); if (to) show(to); });
     pane.addEventListener("pointerup", () => { if (!from) return; done(); insert(); });

@@ -149,6 +149,7 @@ OpenedFolder::OpenedFolder(const fs::path& folder) : path_(fs::absolute(folder))
 
 Descriptor OpenedFolder::open(const std::string& name, int flags) const {
     Descriptor at = open_part(folder_, ".", kFolder);
+    if (at.number() < 0) throw NotInside("the folder cannot be opened any more");
     if (name.empty()) return at;
     const std::vector<std::string> parts = parts_of(name);
     for (std::size_t k = 0; k < parts.size(); ++k) {
