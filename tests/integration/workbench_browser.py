@@ -349,9 +349,17 @@ def masks(page, found):
         page.key("z", "KeyZ", 90, CONTROL)
 
     def draw(*shares):
-        page.js("window.scrollTo(0, 0)")
-        x, y, w, h = page.js(f"(({{ x, y, width, height }}) => [x, y, width, height])({VIEWER}.canvas.getBoundingClientRect())")
-        page.drag([(x + a * w, y + b * h) for a, b in shares])
+        """Until the text has changed: a view that comes anew while one draws drops what was drawn."""
+        had = page.js(text)
+        for _ in range(4):
+            page.js("window.scrollTo(0, 0)")
+            x, y, w, h = page.js(f"(({{ x, y, width, height }}) => [x, y, width, height])({VIEWER}.canvas.getBoundingClientRect())")
+            page.drag([(x + a * w, y + b * h) for a, b in shares])
+            end = time.time() + 20
+            while time.time() < end:
+                if page.js(text) != had:
+                    return
+                time.sleep(0.1)
 
     def press_draw():
         page.js(f"{form}.open = true; [...{form}.querySelectorAll('button')].find((b) => b.textContent.startsWith('Draw')).click()")
