@@ -28,7 +28,7 @@ Json json_in(const Descriptor& run, const std::string& name) {
 }
 
 std::string kind_of(const Descriptor& run) {
-    for (const std::string kind : {"sweep", "fit", "compare", "study", "validation"})
+    for (std::string kind : {"sweep", "fit", "compare", "study", "validation"})
         if (open_file(run, (kind + ".json").c_str()).number() >= 0) return kind;
     return "run";
 }

@@ -339,7 +339,7 @@ def inserted(before, after):
 
 
 def masks(page, found):
-    """Masks drawn by the mouse, by the keyboard and at a profile, each of which the editor's undo takes away."""
+    """Masks drawn by the mouse and by the keyboard, each of which the editor's undo takes away."""
     page.until("Sidewall.workbench.open('small.toml').then(() => true)")
     before, text = page.js(f"{EDITOR}.text"), f"{EDITOR}.text"
     form, outlines = "document.querySelector('.masks')", f"(({VIEWER} || {{}}).outlines || {{ children: [] }}).children.length"
@@ -388,17 +388,6 @@ def masks(page, found):
     found["by_fields"] = inserted(before, page.js(text))
     undo()
     page.until(f"{text} === {json.dumps(before)}")
-    put_cursor(page, 2, "extent = [2.0]")
-    profile = page.js(text)
-    page.until(f"{VIEWER} && {VIEWER}.max[1] - {VIEWER}.min[1] < 0.1")
-    page.js(f"{form}.querySelector('select').selectedIndex = 0")
-    press_draw()
-    draw((0.4, 0.3), (0.45, 0.4), (0.5, 0.3))
-    page.until(f"{VIEWER}.section.materials.some((m) => m.name === 'Resist')")
-    found["interval"] = inserted(profile, page.js(text))
-    if len(sys.argv) > 4:
-        page.picture(sys.argv[4] + "_interval.png")
-    page.key("Escape", "Escape", 27)
     page.js(f"{form}.open = false")
 
 
