@@ -61,22 +61,33 @@ class PlanesAt {
         const int u = (axis_ + 1) % 3, v = (axis_ + 2) % 3;
         if (!known_) across_ = {slopes(value_, node_, u), slopes(value_, node_, v)};
         known_ = true;
+        std::array<Candidate, 9> all;
+        std::size_t count = 0;
         Candidate best, other;
         for (const Slope& su : across_[0])
             for (const Slope& sv : across_[1]) {
                 const double bend = su.bend + sv.bend + along.bend;
-                if (!(bend < other.cost)) continue;  // neither the best nor the next
+                if (!(bend < other.cost + kTie)) continue;  // neither the best nor the next
                 Vec3 g;
                 g[axis_] = along.value, g[u] = su.value, g[v] = sv.value;
                 const double off = std::abs(g.norm() - 1.0);
-                const Candidate here{g, bend + 0.5 * off, bend + 2.0 * off};
+                const Candidate here = all[count++] = {g, bend + 0.5 * off, bend + 2.0 * off};
                 if (here.cost < best.cost)  // never with NaN
                     other = std::exchange(best, here);
                 else if (here.cost < other.cost)
                     other = here;
             }
         best.on_edge = other.cost < best.cost + kAsGood && best.gradient.dot(other.gradient) < kApart;
-        if (!best.on_edge && other.cost < best.cost + kTie) best = mean_of(best, other);
+        if (best.on_edge) return best;
+        // A plane may be found twice: the first as good that is another counts, for a mirrored wafer's own
+        // would be that one.
+        Candidate apart;
+        for (std::size_t n = 0; n < count; ++n)
+            if (all[n].cost < apart.cost && (all[n].gradient - best.gradient).norm() > kTie) apart = all[n];
+        if (apart.cost < best.cost + kTie) {
+            best.on_edge = best.gradient.dot(apart.gradient) < kApart;
+            if (!best.on_edge) best = mean_of(best, apart);
+        }
         return best;
     }
 
@@ -180,10 +191,7 @@ CrossingPlane crossing_plane(NodeReader& value, const Coord& low, int axis) {
         plane.at = chord;
         best = linear();
     }
-    if (best.on_edge) {
-        plane.at = chord;
-        best = {};
-    }
+    if (best.on_edge) best = {};
     plane.at = std::clamp(plane.at, kNodeClearance, 1.0 - kNodeClearance);
     const double length = best.gradient.norm();
     plane.defect = length > 0.0 ? best.defect : std::numeric_limits<double>::infinity();

@@ -192,14 +192,15 @@ class Joiner {
     SharpVertices& sharp_;
 };
 
-// Moves a crossing of a fan to where its plane is, with its images on the sides.
+// Moves a crossing of a fan to where its plane is, and one on an edge of the surface to it, with its images
+// on the sides.
 void move_vertices(const CutLeaves& leaves, const LateralGrid& box, const Crossings& crossings,
                    const std::vector<Fan>& fans, std::vector<Vec3>& vertices) {
     std::vector<std::uint8_t> moved(crossings.edge.size(), 0);
     for (const Fan& fan : fans)
         for (const Corner& c : fan.of->loop) moved[c.crossing] = 1;
     for (std::size_t n = 0; n < moved.size(); ++n) {
-        if (moved[n] == 0) continue;
+        if (moved[n] == 0 && !crossings.plane[n].normal.isZero()) continue;
         const auto [low, axis] = crossings.edge[n];
         for (int image = 0; image < 4; ++image) {
             Coord at = low;
