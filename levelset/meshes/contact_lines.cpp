@@ -9,21 +9,15 @@
 #include <unordered_map>
 
 #include "levelset/large_vector.hpp"
+#include "levelset/meshes/covers.hpp"
 #include "levelset/meshes/divide.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "levelset/meshes/fronts.hpp"
+#include "levelset/meshes/nearest_on_segments.hpp"
 #include "surface/extraction/marching_cubes.hpp"
 
 namespace sidewall::levelset {
 namespace {
-
-// In cells. A lower layer that ends on the underside of another goes on below it where it is at least this
-// thick: there both fronts lie on each other, and re-distancing moves them by a few hundredths.
-constexpr double kUnderside = 0.1;
-
-// In cells squared. An edge of the grid runs along a mesh if the mesh's level set changes along it by less
-// than the root of this.
-constexpr double kAlong = 0.05;
 
 // In cells, how far from an edge between two fronts the line is looked for where one of them ends.
 constexpr double kNear = 2.0;
@@ -42,69 +36,8 @@ constexpr double kFolded = -0.8;
 // In cells. Marching cubes makes shorter edges beside nodes; divided they would be parts of no area.
 constexpr double kShortEdge = 0.05;
 
-// The height of a mesh's vertex above a lower layer's continued front, in cells: positive where what lies
-// between the two is exposed. \p of is the mesh's layer.
-double cover(const Fronts& fronts, const GridEdge& edge, std::size_t of, std::size_t layer) {
-    const double dx = fronts.spacing(edge);
-    const double g[] = {fronts.value(of, edge, 0), fronts.value(of, edge, 1)};
-    const double f[] = {fronts.continued(layer, edge, 0), fronts.continued(layer, edge, 1)};
-    const double height = (f[0] + edge.t * (f[1] - f[0])) / dx, fall = g[0] - g[1];
-    // How fast the layer's front comes nearer on the way into the mesh's: -1 where both run alike (less than
-    // thinnest_film between them is nothing), 1 where the mesh is the underside of what lies on the layer. An
-    // edge along the mesh tells nothing of it.
-    const double slope = std::clamp((f[1] - f[0]) * fall / (fall * fall + kAlong * dx * dx), -1.0, 1.0);
-    return height + slope * (slope > 0.0 ? kUnderside : fronts.touching(edge));
-}
-
-using Segments = std::vector<std::array<Vec3, 2>>;
-
-// The points of many segments nearest to others, by cells of a given size.
-class NearestOnSegments {
-  public:
-    NearestOnSegments() = default;
-    NearestOnSegments(Segments segments, double size) : segments_(std::move(segments)), size_(size) {
-        for (std::uint32_t n = 0; n < segments_.size(); ++n) {
-            const openvdb::Coord a = cell(segments_[n][0]), b = cell(segments_[n][1]);
-            for (const openvdb::Coord& c : {a, b})
-                if (std::vector<std::uint32_t>& list = cells_[c]; list.empty() || list.back() != n)
-                    list.push_back(n);
-        }
-    }
-
-    // Nothing farther than the size of a cell is found for sure.
-    std::optional<Vec3> at(const Vec3& point) const {
-        std::optional<Vec3> nearest;
-        double least = size_ * size_;
-        const openvdb::Coord middle = cell(point);
-        for (int n = 0; n < 27; ++n) {
-            const auto found = cells_.find(middle.offsetBy(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1));
-            if (found == cells_.end()) continue;
-            for (const std::uint32_t s : found->second) {
-                const auto& [a, b] = segments_[s];
-                const Vec3 way = b - a;
-                const double length = way.squaredNorm();
-                const double t = length > 0.0 ? std::clamp((point - a).dot(way) / length, 0.0, 1.0) : 0.0;
-                const Vec3 foot = a + t * way;
-                if ((point - foot).squaredNorm() >= least) continue;
-                least = (point - foot).squaredNorm();
-                nearest = foot;
-            }
-        }
-        return nearest;
-    }
-
-  private:
-    struct Hash {
-        std::size_t operator()(const openvdb::Coord& c) const { return c.hash<20>(); }
-    };
-    openvdb::Coord cell(const Vec3& p) const {
-        return {static_cast<int>(std::floor(p.x() / size_)), static_cast<int>(std::floor(p.y() / size_)),
-                static_cast<int>(std::floor(p.z() / size_))};
-    }
-    Segments segments_;
-    double size_ = 1.0;
-    std::unordered_map<openvdb::Coord, std::vector<std::uint32_t>, Hash> cells_;
-};
+// In cells, a rise along an edge of the grid that is none of a distance.
+constexpr double kFar = 5.0;
 
 constexpr std::size_t kOpen = static_cast<std::size_t>(-1);
 
@@ -165,6 +98,7 @@ EdgePoints Cutter::divided_edges(std::size_t layer) {
         for (std::size_t k = 0; k < 3; ++k) {
             const std::uint32_t a = std::min(t[k], t[(k + 1) % 3]), b = std::max(t[k], t[(k + 1) % 3]);
             if (!open_[a] || !open_[b] || (cover[a] > 0.0) == (cover[b] > 0.0)) continue;
+            if (cover[a] == kOnLine || cover[b] == kOnLine) continue;
             if (is_short(domain_, vertices[a], vertices[b])) continue;
             if (!points.try_emplace(divided_edge(a, b), static_cast<std::uint32_t>(vertices.size())).second)
                 continue;
@@ -179,20 +113,21 @@ EdgePoints Cutter::divided_edges(std::size_t layer) {
     return points;
 }
 
-// The line through a triangle where the cover is 0, if it passes through it.
+// The line through a triangle or along its edge where the cover is 0, if there is one.
 void Cutter::add_segment(const std::vector<double>& cover, const Triangle& t, const EdgePoints& points,
                          Segments& segments) const {
     const std::vector<Vec3>& vertices = result_.mesh.vertices;
-    std::array<Vec3, 2> ends;
+    std::array<Vec3, 3> ends;
     std::size_t count = 0;
     for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t a = t[k], b = t[(k + 1) % 3];
-        if ((cover[a] > 0.0) == (cover[b] > 0.0)) continue;
+        if (cover[a] == kOnLine) ends[count++] = vertices[a];
+        if ((cover[a] > 0.0) == (cover[b] > 0.0) || cover[a] == kOnLine || cover[b] == kOnLine) continue;
         const auto found = points.find(divided_edge(a, b));
         ends[count++] =
             found != points.end() ? vertices[found->second] : Vec3(0.5 * (vertices[a] + vertices[b]));
     }
-    if (count == 2) segments.push_back(ends);
+    if (count == 2) segments.push_back({ends[0], ends[1]});
 }
 
 void Cutter::divide(std::size_t layer, const EdgePoints& points, Segments& segments) {
@@ -226,39 +161,6 @@ void Cutter::divide(std::size_t layer, const EdgePoints& points, Segments& segme
     for (std::size_t v = 0; v < open_.size(); ++v) open_[v] = open_[v] && cover[v] <= 0.0;
 }
 
-// Calls use(vertex, other) for every vertex that is marked and each that follows it around a triangle.
-template <class Use>
-void each_around(const TriangleMesh& mesh, const std::vector<std::uint8_t>& marked, Use&& use) {
-    for (const Triangle& t : mesh.triangles)
-        for (std::size_t k = 0; k < 3; ++k)
-            if (marked[t[k]] && !marked[t[(k + 1) % 3]]) use(t[k], t[(k + 1) % 3]);
-}
-
-// By layer below \p of and vertex of its mesh.
-std::vector<std::vector<double>> covers_of(const Fronts& shared, std::size_t of, const TriangleMesh& mesh) {
-    std::vector<std::vector<double>> covers(of, std::vector<double>(mesh.vertices.size()));
-    if (of == 0) return covers;
-    std::vector<std::uint8_t> within(mesh.vertices.size(), 0);  // a cell: on no edge
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, mesh.vertices.size(), 1024), [&](const auto& range) {
-        const Fronts fronts = shared;  // NOLINT(performance-unnecessary-copy-initialization): accessors cache
-        for (std::size_t v = range.begin(); v != range.end(); ++v) {
-            const GridEdge edge = fronts.edge_of(mesh.vertices[v]);
-            within[v] = !edge.is_one;
-            for (std::size_t k = 0; k < of && edge.is_one; ++k) covers[k][v] = cover(fronts, edge, of, k);
-        }
-    });
-    // The centre of others, so their mean.
-    std::vector<double> around(mesh.vertices.size(), 0.0);
-    each_around(mesh, within, [&](std::uint32_t centre, std::uint32_t v) {
-        ++around[centre];
-        for (std::vector<double>& c : covers) c[centre] += c[v];
-    });
-    for (std::size_t v = 0; v < around.size(); ++v)
-        for (std::vector<double>& c : covers)
-            if (around[v] > 0.0) c[v] /= around[v];
-    return covers;
-}
-
 // Puts a vertex of a lower layer's mesh where the first of the continued fronts from the layer up is met on
 // its edge of the grid.
 // \returns that front's layer.
@@ -270,7 +172,8 @@ std::size_t place(const Fronts& fronts, const GridEdge& edge, std::size_t layer,
     double t = edge.t;
     for (std::size_t k = layer; k < layers; ++k) {
         const double f[] = {fronts.continued(k, edge, 0), fronts.continued(k, edge, 1)};
-        if (f[out] <= 0.0 || f[in] > 0.0) continue;
+        // A front that is not known at one end is far below.
+        if (f[out] <= 0.0 || f[in] > 0.0 || f[out] - f[in] > kFar * fronts.spacing(edge)) continue;
         const double here = f[in] / (f[in] - f[out]);
         // Fronts that lie on each other count as the upper one.
         if (here > least + fronts.touching(edge)) continue;
@@ -279,6 +182,12 @@ std::size_t place(const Fronts& fronts, const GridEdge& edge, std::size_t layer,
         t = f[0] / (f[0] - f[1]);
     }
     t = std::clamp(t, surface::kNodeClearance, 1.0 - surface::kNodeClearance);
+    // Where that front is the layer's own the vertex is there, on a plane of an edge's.
+    const double same = fronts.touching(edge) * fronts.spacing(edge);
+    const auto off = [&](std::size_t end) {
+        return std::abs(fronts.continued(met, edge, end) - fronts.value(layer, edge, end));
+    };
+    if (off(0) <= same && off(1) <= same) return met;
     constexpr double kRounding = 1e-6;
     if (std::abs(t - edge.t) > kRounding) vertex[edge.axis] += (t - edge.t) * fronts.spacing(edge);
     return met;
@@ -301,15 +210,19 @@ std::vector<Vec3> front_normals(const TriangleMesh& mesh, const std::vector<std:
 TriangleMesh interface_mesh(const Fronts& fronts, const MaterialStack& stack, std::size_t layer,
                             const std::vector<NearestOnSegments>& rims) {
     const Domain& domain = stack.domain;
-    TriangleMesh mesh = extract_surface(stack, layer, surface::SharpEdges::none);
+    TriangleMesh mesh =
+        extract_surface(stack, layer, [&](const MaterialStack& level, const std::array<int, 3>& cell) {
+            return edges_at(level, layer, cell);
+        });
+    const std::vector<std::uint8_t> on_edge = on_edges(mesh);
     std::vector<std::size_t> front(mesh.vertices.size(), layer);
     std::vector<std::uint8_t> within(mesh.vertices.size(), 0);  // a cell: on no edge
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, front.size(), 1024), [&](const auto& range) {
         const Fronts mine = fronts;  // NOLINT(performance-unnecessary-copy-initialization): accessors cache
         for (std::size_t v = range.begin(); v != range.end(); ++v) {
             const GridEdge edge = mine.edge_of(mesh.vertices[v]);
-            within[v] = !edge.is_one;
-            if (edge.is_one) front[v] = place(mine, edge, layer, stack.layers.size(), mesh.vertices[v]);
+            within[v] = !edge.is_one || on_edge[v];
+            if (!within[v]) front[v] = place(mine, edge, layer, stack.layers.size(), mesh.vertices[v]);
         }
     });
     each_around(mesh, within, [&](std::uint32_t centre, std::uint32_t v) {
@@ -346,10 +259,6 @@ TriangleMesh interface_mesh(const Fronts& fronts, const MaterialStack& stack, st
 StackMeshes extract_materials(const MaterialStack& stack, const TriangleMesh& surface) {
     drop_kept_memory();  // of time steps
     const std::size_t top = stack.layers.size() - 1;
-    const bool is_sharp = surface.vertex_attribute(kEdgeAttribute) != nullptr;
-    const TriangleMesh plain =
-        is_sharp && top > 0 ? extract_surface(stack, surface::SharpEdges::none) : TriangleMesh();
-    const TriangleMesh& whole = is_sharp && top > 0 ? plain : surface;
     StackMeshes meshes;
     std::vector<surface::SharpEdges> edges(top);
     for (std::size_t layer = 0; layer < top; ++layer) edges[layer] = edges_below(stack, layer);
@@ -359,9 +268,9 @@ StackMeshes extract_materials(const MaterialStack& stack, const TriangleMesh& su
         return mesh;
     };
     if (std::ranges::count(edges, surface::SharpEdges::none) == 0) {
-        meshes.surface.mesh.vertices = whole.vertices;
-        meshes.surface.mesh.triangles = whole.triangles;
-        meshes.surface.layer.assign(whole.triangles.size(), top);
+        meshes.surface.mesh.vertices = surface.vertices;
+        meshes.surface.mesh.triangles = surface.triangles;
+        meshes.surface.layer.assign(surface.triangles.size(), top);
         for (std::size_t layer = 0; layer < top; ++layer) meshes.interfaces.push_back(own_front(layer));
         return meshes;
     }
@@ -370,10 +279,11 @@ StackMeshes extract_materials(const MaterialStack& stack, const TriangleMesh& su
     std::vector<NearestOnSegments> rims(top);
     for (std::size_t layer = top + 1; layer-- > 0;) {
         CutMesh cut;
-        cut.mesh.vertices = whole.vertices;
-        cut.mesh.triangles = whole.triangles;
-        if (layer < top) cut.mesh = meshes.interfaces[layer] = interface_mesh(fronts, stack, layer, rims);
-        Segments rim = Cutter(stack, layer, cut, covers_of(fronts, layer, cut.mesh)).run();
+        cut.mesh = layer < top ? interface_mesh(fronts, stack, layer, rims) : surface;
+        std::vector<std::vector<double>> covers = covers_of(fronts, layer, cut.mesh);
+        cut.mesh.vertex_attributes.clear();
+        if (layer < top) meshes.interfaces[layer] = cut.mesh;
+        Segments rim = Cutter(stack, layer, cut, std::move(covers)).run();
         if (layer > 0) rims[layer - 1] = NearestOnSegments(std::move(rim), kNear * stack.domain.spacing);
         if (layer == top)
             meshes.surface = std::move(cut);

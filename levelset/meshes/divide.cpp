@@ -166,10 +166,16 @@ TriangleMesh divided(const TriangleMesh& mesh, const EdgePoints& points) {
             for (const Triangle& part : parts_of(mesh, t, points)) add(part);
     }
     result.vertices.reserve(number.size());
+    for (const Attribute& attribute : mesh.vertex_attributes)
+        result.vertex_attributes.push_back({attribute.name, 1, attribute.type, {}});
     for (std::size_t v = 0; v < number.size(); ++v) {
         if (number[v] == kNone) continue;
         number[v] = static_cast<std::uint32_t>(result.vertices.size());
         result.vertices.push_back(mesh.vertices[v]);
+        for (std::size_t k = 0; k < mesh.vertex_attributes.size(); ++k) {
+            const std::vector<double>& values = mesh.vertex_attributes[k].values;
+            result.vertex_attributes[k].values.push_back(v < values.size() ? values[v] : 0.0);
+        }
     }
     for (Triangle& t : result.triangles)
         for (std::uint32_t& v : t) v = number[v];

@@ -41,7 +41,8 @@ void merge_near(const TriangleMesh& mesh, double distance, EdgePoints& points);
 /// side of the mesh is its inside (surface::SignedDistance).
 void drop_folds(const TriangleMesh& mesh, double least_cosine, EdgePoints& points);
 
-/// The whole mesh with its triangles divided, without vertices that no triangle has; no attributes.
+/// The whole mesh with its triangles divided, without vertices that no triangle has; attributes of vertices, of one number each, are 0
+/// at points.
 TriangleMesh divided(const TriangleMesh& mesh, const EdgePoints& points);
 
 }  // namespace sidewall::levelset

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "levelset/grid_leaves.hpp"
+#include "levelset/meshes/level_cells.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "surface/error.hpp"
 #include "surface/extraction/marching_cubes.hpp"
@@ -71,82 +72,6 @@ Node between(const Node& a, const Node& b) {
     return {Coord((a.at.x() + b.at.x()) / 2, (a.at.y() + b.at.y()) / 2, (a.at.z() + b.at.z()) / 2),
             0.5f * (a.value + b.value)};
 }
-
-// The columns of cells that come as near to a plane across x or y as a distance, on a periodic axis also
-// around the sides; all if there is none, or it is another.
-struct Near {
-    const surface::Plane* plane;
-    double distance;
-
-    // By index along the axis.
-    std::vector<std::uint8_t> along(const Domain& domain, int axis) const {
-        const auto a = static_cast<std::size_t>(axis);
-        std::vector<std::uint8_t> near(static_cast<std::size_t>(domain.cells[a]), 1);
-        if (plane == nullptr || plane->normal[(axis + 1) % 3] != 0.0 || plane->normal[(axis + 2) % 3] != 0.0)
-            return near;
-        const double at = plane->offset / plane->normal[axis], extent = domain.max[a] - domain.min[a];
-        for (std::size_t i = 0; i < near.size(); ++i) {
-            double off = std::abs(domain.min[a] + (static_cast<double>(i) + 0.5) * domain.spacing - at);
-            if (domain.side[a] == Side::periodic) off = std::min(off, std::abs(extent - off));
-            near[i] = off <= distance + 0.51 * domain.spacing;  // from a cell's middle, and some for rounding
-        }
-        return near;
-    }
-};
-
-// The cells that are a level's own, and those of them along the seam.
-class LevelCells {
-  public:
-    // finer may be null.
-    LevelCells(const MaterialStack& level, const MaterialStack* finer, const Near& near)
-        : domain_(level.domain), finer_(finer ? &finer->columns : nullptr) {
-        constexpr int kColumn = LevelColumns::kNodes / 2;  // cells of a finer level's column
-        const auto [nx, ny] = domain_.cells;
-        columns.resize(static_cast<std::size_t>(nx * ny), surface::CellColumn::left_out);
-        const std::vector<std::uint8_t> near_x = near.along(domain_, 0), near_y = near.along(domain_, 1);
-        for (int i = 0; i < nx; ++i) {
-            if (near_x[static_cast<std::size_t>(i)] == 0) continue;
-            for (int j = 0; j < ny; j += kColumn) {
-                const bool own = !level.coarser || level.columns.of_node(i, j), finer = is_finer(i, j);
-                for (int k = j; own && k < std::min(j + kColumn, ny); ++k)
-                    if (near_y[static_cast<std::size_t>(k)] != 0)
-                        columns[at(i, k)] = finer                 ? surface::CellColumn::bare
-                                            : touches_finer(i, k) ? surface::CellColumn::vertices
-                                                                  : surface::CellColumn::meshed;
-            }
-        }
-    }
-    std::size_t at(int i, int j) const { return static_cast<std::size_t>(i * domain_.cells[1] + j); }
-    bool is_seam(int i, int j) const {
-        return i >= 0 && j >= 0 && i < domain_.cells[0] && j < domain_.cells[1] &&
-               columns[at(i, j)] == surface::CellColumn::vertices;
-    }
-    // Whether a finer level has the cell; beyond a periodic side the one that is there.
-    bool is_finer(int i, int j) const {
-        if (finer_ == nullptr) return false;
-        for (int a = 0; a < 2; ++a) {
-            int& n = a == 0 ? i : j;
-            const int cells = domain_.cells[static_cast<std::size_t>(a)];
-            if (domain_.side[static_cast<std::size_t>(a)] == Side::periodic) n = (n + cells) % cells;
-            if (n < 0 || n >= cells) return false;
-        }
-        return finer_->of_coarser_node(i, j);
-    }
-
-    // By column of cells. Along the seam vertices alone are made, but not on edges that finer cells share.
-    std::vector<surface::CellColumn> columns;
-
-  private:
-    bool touches_finer(int i, int j) const {
-        if (finer_ == nullptr) return false;
-        for (int n = 0; n < 9; ++n)
-            if (is_finer(i + n / 3 - 1, j + n % 3 - 1)) return true;
-        return false;
-    }
-
-    const Domain& domain_;
-    const LevelColumns* finer_;
-};
 
 // The seam cells that the front passes through, in the order of the grid's leaves.
 std::vector<SeamCell> seam_cells(const Grid& grid, const Domain& domain, const LevelCells& cells) {
@@ -328,7 +253,7 @@ class BesideSeam {
 
 /// The front of a layer of a stack of several levels as one mesh; only its part near \p around, if that is given.
 TriangleMesh mesh_of_levels(const MaterialStack& stack, std::size_t layer, surface::SharpEdges edges,
-                            const surface::Plane* around) {
+                            const surface::Plane* around, const EdgesIn& edges_in = {}) {
     std::vector<const MaterialStack*> levels;
     for (const MaterialStack* level = &stack; level != nullptr; level = level->coarser.get())
         levels.push_back(level);
@@ -354,9 +279,11 @@ TriangleMesh mesh_of_levels(const MaterialStack& stack, std::size_t layer, surfa
         const NodeValues on_seam =
             has_coarser ? values_on_seam(seams[n + 1], cells[n + 1], domain) : NodeValues();
         const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-        const surface::SharpVertices sharp =
-            surface::marching_cubes(GridLeaves(*levels[n]->layers[layer].phi, domain, on_seam).list(),
-                                    lateral_grid(domain, cells[n].columns), mesh, edges);
+        surface::LateralGrid box = lateral_grid(domain, cells[n].columns);
+        if (edges_in)
+            box.edges_in = [&](const std::array<int, 3>& cell) { return edges_in(*levels[n], cell); };
+        const surface::SharpVertices sharp = surface::marching_cubes(
+            GridLeaves(*levels[n]->layers[layer].phi, domain, on_seam).list(), box, mesh, edges);
         add_edges(sharp, mesh);
         EdgeVertices coarse, fine;
         const BesideSeam beside(domain, seams[n], has_coarser ? &seams[n + 1] : nullptr);
@@ -385,6 +312,10 @@ TriangleMesh mesh_of_levels(const MaterialStack& stack, std::size_t layer, surfa
 TriangleMesh extract_surface(const MaterialStack& stack, std::size_t layer, surface::SharpEdges edges) {
     return stack.coarser ? mesh_of_levels(stack, layer, edges, nullptr)
                          : extract_surface(*stack.layers[layer].phi, stack.domain, edges);
+}
+
+TriangleMesh extract_surface(const MaterialStack& stack, std::size_t layer, const EdgesIn& edges_in) {
+    return mesh_of_levels(stack, layer, surface::SharpEdges::all, nullptr, edges_in);
 }
 
 TriangleMesh extract_surface(const MaterialStack& stack, surface::SharpEdges edges) {

@@ -1,4 +1,7 @@
 #pragma once
+#include <array>
+#include <functional>
+
 #include "levelset/grid.hpp"
 #include "levelset/layers/stack.hpp"
 #include "surface/cut.hpp"
@@ -11,6 +14,10 @@ namespace sidewall::levelset {
 /// watertight and manifold (edge trees: Kazhdan, Klein, Dalal, Hoppe, Eurographics Symp. Geom. Proc. 2007).
 TriangleMesh extract_surface(const MaterialStack& stack, std::size_t layer,
                              surface::SharpEdges edges = surface::SharpEdges::all);
+/// The same with the edges that each cell of a level may have, by its low corner.
+using EdgesIn =
+    std::function<surface::SharpEdges(const MaterialStack& level, const std::array<int, 3>& cell)>;
+TriangleMesh extract_surface(const MaterialStack& stack, std::size_t layer, const EdgesIn& edges_in);
 /// The wafer's surface: the front of the uppermost layer.
 TriangleMesh extract_surface(const MaterialStack& stack,
                              surface::SharpEdges edges = surface::SharpEdges::all);

@@ -284,6 +284,51 @@ GridEdge Fronts::edge_of(const Vec3& point) const {
     return edge;
 }
 
+double Fronts::height(std::size_t layer, const Vec3& point) const {
+    const Level& level = levels_[level_of(point)];
+    const Domain& domain = level.stack->domain;
+    const Vec3 index = domain.to_index(point);
+    const Eigen::Vector3i low = index.array().floor().cast<int>();
+    double value = 0.0;
+    for (int corner = 0; corner < 8; ++corner) {
+        const Eigen::Vector3i node = low + Eigen::Vector3i(corner & 1, corner >> 1 & 1, corner >> 2);
+        const Vec3 share = 1.0 - (index - node.cast<double>()).array().abs();
+        const openvdb::Coord own(domain.source_node(0, node.x()), domain.source_node(1, node.y()), node.z());
+        value += share.prod() * static_cast<double>(level.continued[layer].getValue(own));
+    }
+    return value / domain.spacing;
+}
+
+surface::SharpEdges edges_at(const MaterialStack& level, std::size_t layer, const std::array<int, 3>& cell) {
+    const double dx = level.domain.spacing, touching = thinnest_film(level.domain) / dx;
+    surface::SharpEdges edges = surface::SharpEdges::all;
+    for (std::size_t above = layer + 1; above < level.layers.size(); ++above) {
+        const auto own = level.layers[above - 1].phi->getConstUnsafeAccessor(),
+                   next = level.layers[above].phi->getConstUnsafeAccessor();
+        bool bare = false, covered = false;
+        for (int n = 0; n < 64; ++n) {
+            const openvdb::Coord node(level.domain.source_node(0, cell[0] + n % 4 - 1),
+                                      level.domain.source_node(1, cell[1] + n / 4 % 4 - 1),
+                                      cell[2] + n / 16 - 1);
+            float here = 0.0f, other = 0.0f;
+            if (!own.probeValue(node, here) || std::abs(here) > static_cast<float>(kBesideFront * dx))
+                continue;
+            // A node that is not in the next layer's band lies inside it.
+            const double film = next.probeValue(node, other) ? (static_cast<double>(here) - other) / dx : 1.0;
+            if (film <= touching) {
+                bare = true;
+                continue;
+            }
+            covered = true;
+            if (film < kCovering) edges = surface::SharpEdges::hollow;
+            if (film < kCoveringHollow) return surface::SharpEdges::none;
+        }
+        if (bare && covered) return surface::SharpEdges::none;
+        if (covered) break;
+    }
+    return edges;
+}
+
 surface::SharpEdges edges_below(const MaterialStack& stack, std::size_t layer) {
     const MaterialStack* finer = nullptr;
     double least = kCovering;

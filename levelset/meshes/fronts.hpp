@@ -37,7 +37,11 @@ class Fronts {
     double continued(std::size_t layer, const GridEdge& edge, std::size_t end) const {
         return static_cast<double>(levels_[edge.level].continued[layer].getValue(edge.node[end]));
     }
+    /// Height above a layer's continued front at a point, in cells, trilinear.
+    double height(std::size_t layer, const Vec3& point) const;
     double spacing(const GridEdge& edge) const { return levels_[edge.level].stack->domain.spacing; }
+    /// Of the level that counts at a point.
+    double spacing(const Vec3& point) const { return levels_[level_of(point)].stack->domain.spacing; }
     /// In cells of the edge's level, what lies so near to a front lies on it.
     double touching(const GridEdge& edge) const {
         return kExposed / levels_[edge.level].stack->domain.times_finest;
@@ -55,7 +59,11 @@ class Fronts {
     std::vector<Level> levels_;
 };
 
-/// The edges with which a layer's own front is its interface: all where the next layer covers it by half a cell at least, hollow
+/// The edges that a layer's interface may have in a cell of a level: those of the layer's own front where the nodes around are
+/// all bare or all covered by layers above, by as much as edges_below asks; none where a layer above ends.
+surface::SharpEdges edges_at(const MaterialStack& level, std::size_t layer, const std::array<int, 3>& cell);
+
+/// The edges with which a layer's own front is its interface everywhere: all where the next layer covers it by half a cell at least, hollow
 /// ones where by a quarter. Under less it may end on the next one's front: none.
 surface::SharpEdges edges_below(const MaterialStack& stack, std::size_t layer);
 

@@ -94,12 +94,15 @@ bool is_uncut(NodeReader& value, const LateralGrid& box, Coord cell, bool beyond
 // The fan of a cell, if its planes make an edge of the kind asked for.
 std::optional<Fan> fan_of(const BentCell& cell, const Crossings& crossings, NodeReader& value,
                           const LateralGrid& box, SharpEdges which) {
+    const SharpEdges kinds =
+        box.edges_in ? std::min(which, box.edges_in({cell.cell.x(), cell.cell.y(), cell.cell.z()})) : which;
+    if (kinds == SharpEdges::none) return {};
     Vec3 mean;
     const auto [apex, rank] = meeting_point(cell, crossings, mean);
     Vec3 outwards = Vec3::Zero();
     for (const Corner& c : cell.loop) outwards += crossings.plane[c.crossing].normal;
     const bool convex = outwards.dot(apex - mean) > 0.0;
-    if (!apex.allFinite() || (convex && which == SharpEdges::hollow)) return {};
+    if (!apex.allFinite() || (convex && kinds == SharpEdges::hollow)) return {};
     Fan fan{&cell, apex, rank == 3 ? EdgeKind::corner : convex ? EdgeKind::convex : EdgeKind::hollow,
             {},    {},   {}};
     int beyond = 0, axis = 0;

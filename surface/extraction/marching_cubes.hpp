@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -19,6 +20,15 @@ enum class CellColumn : std::uint8_t {
     meshed
 };
 
+/// Where the mesh gets vertices on the edges and corners of the surface (see sharp_edges.hpp).
+enum class SharpEdges : std::uint8_t {
+    none,    ///< nowhere: marching cubes alone, which cuts edges off by up to a cell
+    hollow,  ///< where the surface bends towards the gas, as at the foot of a wall
+    all,
+    all_beyond  ///< all, those across a periodic side by a part of a cell, too: for volumes, as the mesh
+                ///< leaves its box
+};
+
 /// The lateral box of a level set: nodes 0..cells per axis are meshed, so that the surface ends exactly on
 /// the sides.
 struct LateralGrid {
@@ -33,19 +43,12 @@ struct LateralGrid {
     /// Nodes with |phi| below this lie on the surface and count as outside, as rounding differs with the wafer's place and
     /// the unit of length.
     double on_node = 0.0;
+    /// Which edges a cell may have at the most, by its low corner; empty: all.
+    std::function<SharpEdges(const std::array<int, 3>&)> edges_in = {};
 };
 
 /// Edge intersections keep this fraction of a cell away from nodes, so that no triangle has zero area.
 inline constexpr double kNodeClearance = 1e-3;
-
-/// Where the mesh gets vertices on the edges and corners of the surface (see sharp_edges.hpp).
-enum class SharpEdges : std::uint8_t {
-    none,    ///< nowhere: marching cubes alone, which cuts edges off by up to a cell
-    hollow,  ///< where the surface bends towards the gas, as at the foot of a wall
-    all,
-    all_beyond  ///< all, those across a periodic side by a part of a cell, too: for volumes, as the mesh
-                ///< leaves its box
-};
 
 /// What an edge of the surface is; 0 stands for none.
 enum class EdgeKind : std::uint8_t { hollow = 1, convex, corner };

@@ -282,11 +282,7 @@ void RunFolder::save(RunState& state, const Model& model, const TracedSurface& s
     if (writes_) {
         require_there();
         write_meshes(state, model, surface, after);
-        // Profiles are cut from the surface as it is saved, without sharp edges where materials meet.
-        const bool one_layer = state.stack.layers.size() == 1;
-        write_profiles(
-            one_layer ? surface.raw : levelset::extract_surface(state.stack, surface::SharpEdges::none),
-            state.saved);
+        write_profiles(surface.raw, state.saved);
     }
     ++state.saved;
     state.stacks.push_back({state.process_time(), state.step, layer_materials(state.stack)});

@@ -119,7 +119,6 @@ TriangleMesh result_mesh(const Model& model, const levelset::MaterialStack& stac
     for (std::size_t k = 0; k < model.species.size() && same_vertices; ++k)
         for (std::size_t tally = 0; tally < flux::tally_count(model.species[k]); ++tally) {
             std::vector<double> error = surface.arriving->trace->species[k].tally(tally).vertex.error;
-            error.resize(mesh.vertices.size() - cut.added.size());  // without the vertices on sharp edges
             for (const auto& [from, to, share] : cut.added)
                 error.push_back(error[from] + share * (error[to] - error[from]));
             mesh.vertex_attributes.push_back({"flux_error_" + flux::tally_names(model.species[k])[tally], 1,
@@ -137,10 +136,7 @@ TriangleMesh interface_mesh(TriangleMesh mesh, int material) {
 Result wafer_result(const Recipe& recipe, const levelset::MaterialStack& stack, double time) {
     Result result;
     result.metadata = metadata_of(recipe, time);
-    // Where materials meet, extract_materials would extract the plain surface anew.
-    const auto edges = stack.layers.size() > 1 ? surface::SharpEdges::none : surface::SharpEdges::all;
-    levelset::StackMeshes meshes =
-        levelset::extract_materials(stack, levelset::extract_surface(stack, edges));
+    levelset::StackMeshes meshes = levelset::extract_materials(stack, levelset::extract_surface(stack));
     std::vector<double> material;
     material.reserve(meshes.surface.layer.size());
     for (const std::size_t layer : meshes.surface.layer) material.push_back(stack.layers[layer].material);
