@@ -14,9 +14,10 @@ namespace sidewall::levelset {
 /// watertight and manifold (edge trees: Kazhdan, Klein, Dalal, Hoppe, Eurographics Symp. Geom. Proc. 2007).
 TriangleMesh extract_surface(const MaterialStack& stack, std::size_t layer,
                              surface::SharpEdges edges = surface::SharpEdges::all);
-/// The same with the edges that each cell of a level may have, by its low corner.
+/// Says which edges a cell of a level may have at the most, by the cell's low corner.
 using EdgesIn =
     std::function<surface::SharpEdges(const MaterialStack& level, const std::array<int, 3>& cell)>;
+/// The front of layer \p layer with the edges that its cells may have.
 TriangleMesh extract_surface(const MaterialStack& stack, std::size_t layer, const EdgesIn& edges_in);
 /// The wafer's surface: the front of the uppermost layer.
 TriangleMesh extract_surface(const MaterialStack& stack,

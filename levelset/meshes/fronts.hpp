@@ -40,7 +40,7 @@ class Fronts {
     /// Height above a layer's continued front at a point, in cells, trilinear.
     double height(std::size_t layer, const Vec3& point) const;
     double spacing(const GridEdge& edge) const { return levels_[edge.level].stack->domain.spacing; }
-    /// Of the level that counts at a point.
+    /// Grid spacing of the level that counts at a point.
     double spacing(const Vec3& point) const { return levels_[level_of(point)].stack->domain.spacing; }
     /// In cells of the edge's level, what lies so near to a front lies on it.
     double touching(const GridEdge& edge) const {

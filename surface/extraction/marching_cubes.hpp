@@ -43,7 +43,7 @@ struct LateralGrid {
     /// Nodes with |phi| below this lie on the surface and count as outside, as rounding differs with the wafer's place and
     /// the unit of length.
     double on_node = 0.0;
-    /// Which edges a cell may have at the most, by its low corner; empty: all.
+    /// Says which edges a cell may have at the most, by its low corner; empty: all.
     std::function<SharpEdges(const std::array<int, 3>&)> edges_in = {};
 };
 
