@@ -162,7 +162,7 @@ inline Row beam_row(const std::array<OneSided, 3>& d, const Row& growing, const 
 /// the cell that it comes from: beside a wall a floor's distance ends within a cell, and a difference across that end
 /// would hold the floor back (subcell resolution; Harten, J. Comput. Phys. 83 (1989) 148). Only of fronts that the axis meets
 /// at 37 degrees or less, and that are steeper along it than what follows: others opened slits beside walls on nodes.
-/// \param courant  facing times the time step over dx, by node.
+/// \param courant  facing times the time step over dx, by node; 0 where a front also moves by itself, which rounds the floor's end.
 template <int R>
 void resolve_kinks(const float* v, float inv_dx, const Vec3& beam, const Row& courant,
                    std::array<OneSided, 3>& d) {
@@ -243,8 +243,9 @@ void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* en
         if constexpr (R > 1) {
             Row courant;
             for (std::size_t n = 0; n < kLanes; ++n)
-                courant[n] =
-                    ways[n] == Way::beam ? first[n] * static_cast<float>(in.duration) * inv_dx : 0.0f;
+                courant[n] = ways[n] == Way::beam && second[n] == 0.0f
+                                 ? first[n] * static_cast<float>(in.duration) * inv_dx
+                                 : 0.0f;
             resolve_kinks<R>(v, inv_dx, in.motion.law.beam, courant, resolved);
         }
         h = beam_row(resolved, growing, etching, inv_dx, in.motion.law.beam, first, second);
