@@ -207,12 +207,13 @@ std::vector<Vec3> front_normals(const TriangleMesh& mesh, const std::vector<std:
 
 // A lower layer's boundary: its own front, and where that ends those above it.
 // \param rims  where each layer comes out from under the next, from this one up.
+// \param sharp  whether it has edges.
 TriangleMesh interface_mesh(const Fronts& fronts, const MaterialStack& stack, std::size_t layer,
-                            const std::vector<NearestOnSegments>& rims) {
+                            const std::vector<NearestOnSegments>& rims, bool sharp) {
     const Domain& domain = stack.domain;
     TriangleMesh mesh =
         extract_surface(stack, layer, [&](const MaterialStack& level, const std::array<int, 3>& cell) {
-            return edges_at(level, layer, cell);
+            return sharp ? edges_at(level, layer, cell) : surface::SharpEdges::none;
         });
     const std::vector<std::uint8_t> on_edge = on_edges(mesh);
     std::vector<std::size_t> front(mesh.vertices.size(), layer);
@@ -254,6 +255,27 @@ TriangleMesh interface_mesh(const Fronts& fronts, const MaterialStack& stack, st
     return divided(mesh, points);
 }
 
+// Divides the surface and all interfaces at their contact lines.
+// \returns false if lines cross faces beside edges of the meshes.
+bool divide_fronts(const Fronts& fronts, const MaterialStack& stack, const TriangleMesh& surface, bool sharp,
+                   StackMeshes& meshes) {
+    const std::size_t top = stack.layers.size() - 1;
+    meshes.interfaces.assign(top, {});
+    std::vector<NearestOnSegments> rims(top);
+    for (std::size_t layer = top + 1; layer-- > 0;) {
+        CutMesh cut;
+        cut.mesh = layer < top ? interface_mesh(fronts, stack, layer, rims, sharp) : surface;
+        auto covers = covers_of(fronts, layer, cut.mesh);
+        if (!covers) return false;
+        cut.mesh.vertex_attributes.clear();
+        if (layer < top) meshes.interfaces[layer] = cut.mesh;
+        Segments rim = Cutter(stack, layer, cut, std::move(*covers)).run();
+        if (layer > 0) rims[layer - 1] = NearestOnSegments(std::move(rim), kNear * stack.domain.spacing);
+        if (layer == top) meshes.surface = std::move(cut);
+    }
+    return true;
+}
+
 }  // namespace
 
 StackMeshes extract_materials(const MaterialStack& stack, const TriangleMesh& surface) {
@@ -275,21 +297,11 @@ StackMeshes extract_materials(const MaterialStack& stack, const TriangleMesh& su
         return meshes;
     }
     const Fronts fronts(stack);
-    meshes.interfaces.resize(top);
-    std::vector<NearestOnSegments> rims(top);
-    for (std::size_t layer = top + 1; layer-- > 0;) {
-        CutMesh cut;
-        cut.mesh = layer < top ? interface_mesh(fronts, stack, layer, rims) : surface;
-        std::vector<std::vector<double>> covers = covers_of(fronts, layer, cut.mesh);
-        cut.mesh.vertex_attributes.clear();
-        if (layer < top) meshes.interfaces[layer] = cut.mesh;
-        Segments rim = Cutter(stack, layer, cut, std::move(covers)).run();
-        if (layer > 0) rims[layer - 1] = NearestOnSegments(std::move(rim), kNear * stack.domain.spacing);
-        if (layer == top)
-            meshes.surface = std::move(cut);
-        else if (edges[layer] != surface::SharpEdges::none)
-            meshes.interfaces[layer] = own_front(layer);
-    }
+    const bool is_sharp = surface.vertex_attribute(kEdgeAttribute) != nullptr;
+    if (!divide_fronts(fronts, stack, surface, is_sharp, meshes))
+        divide_fronts(fronts, stack, extract_surface(stack, surface::SharpEdges::none), false, meshes);
+    for (std::size_t layer = 0; layer < top; ++layer)
+        if (edges[layer] != surface::SharpEdges::none) meshes.interfaces[layer] = own_front(layer);
     return meshes;
 }
 
