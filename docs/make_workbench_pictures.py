@@ -19,12 +19,8 @@ FIRST, CONTACT = "trench_deposition.toml", "contact.toml"
 CONTACT_TEXT = re.search(r"contact\.toml <<'END'\n(.*?)END\n", (DOCS / "tutorial.md").read_text(), re.S)[1]
 
 
-def window(page, height=768):
-    page.send("Emulation.setDeviceMetricsOverride", width=1366, height=height, deviceScaleFactor=1, mobile=False)
-
-
 def picture(page, name, above=0, height=768):
-    window(page, height)
+    page.send("Emulation.setDeviceMetricsOverride", width=1366, height=height, deviceScaleFactor=1, mobile=False)
     page.js(f"scrollTo(0, {above}); new Promise((done) => setTimeout(done, 1500))")
     for quality in range(90, 20, -5):  # files of the guide have less than 100 kB
         data = base64.b64decode(page.send("Page.captureScreenshot", format="jpeg", quality=quality)["data"])
@@ -70,12 +66,10 @@ def tour(page):
     page.until(f"Sidewall.workbench.open('{CONTACT}').then(() => true)")
     page.until("document.querySelector('.findings').textContent.includes('wall time')")
     picture(page, "contact")
-    window(page, 1000)
-    page.js("document.querySelector('.masks').open = true; document.querySelector('.masks button').click();"
-            "new Promise((done) => setTimeout(done, 1500))")
+    page.js("document.querySelector('.masks').open = true; document.querySelector('.masks button').click()")
     page.until(f"document.querySelector('.pane.drawing') && {VIEWER}.fitted.name === 'Top'")
     x, y, w, h = page.js(f"(({{ x, y, width, height }}) => [x, y, width, height])({VIEWER}.canvas.getBoundingClientRect())")
-    page.drag([(x + a * w, y + b * h) for a, b in ((0.58, 0.3), (0.66, 0.7), (0.66, 0.7))], lambda: picture(page, "masks", height=1000))
+    page.drag([(x + a * w, y + b * h) for a, b in ((0.66, 0.3), (0.74, 0.7), (0.74, 0.7))], lambda: picture(page, "masks"))
     page.js(f"{EDITOR}.mirror.undo()")
     page.key("Escape", "Escape", 27)
     page.until("!document.querySelector('.pane.drawing')")
