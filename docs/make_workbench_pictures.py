@@ -13,7 +13,7 @@ import tempfile
 DOCS = pathlib.Path(__file__).resolve().parent
 sys.path.append(str(DOCS.parent / "tests/integration"))
 sys.dont_write_bytecode = True
-from workbench_browser import CONTROL, EDITOR, Browser, press, put_cursor  # noqa: E402
+from workbench_browser import CONTROL, EDITOR, VIEWER, Browser, press, put_cursor  # noqa: E402
 
 FIRST, CONTACT = "trench_deposition.toml", "contact.toml"
 CONTACT_TEXT = re.search(r"contact\.toml <<'END'\n(.*?)END\n", (DOCS / "tutorial.md").read_text(), re.S)[1]
@@ -66,6 +66,13 @@ def tour(page):
     page.until(f"Sidewall.workbench.open('{CONTACT}').then(() => true)")
     page.until("document.querySelector('.findings').textContent.includes('wall time')")
     picture(page, "contact")
+    page.js("document.querySelector('.masks').open = true; document.querySelector('.masks button').click()")
+    page.until(f"document.querySelector('.pane.drawing') && {VIEWER}.fitted.name === 'Top'")
+    x, y, w, h = page.js(f"(({{ x, y, width, height }}) => [x, y, width, height])({VIEWER}.canvas.getBoundingClientRect())")
+    page.drag([(x + a * w, y + b * h) for a, b in ((0.66, 0.3), (0.74, 0.7), (0.74, 0.7))], lambda: picture(page, "masks"))
+    page.js(f"{EDITOR}.mirror.undo()")
+    page.key("Escape", "Escape", 27)
+    page.until("!document.querySelector('.pane.drawing')")
     press(page, "Run")
     finished(page, "contact")
     sticking = line_of(page, "sticking")

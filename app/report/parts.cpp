@@ -138,12 +138,15 @@ Json table_section(const std::string& title, const TextTable& table, const Json&
 TextTable last_of_timeline(const fs::path& timeline) {
     constexpr std::streamoff kTail = 65'536;  // longer than any row
     std::ifstream file;
-    std::string names, tail;
+    std::string names(kTail, '\0'), tail;
     std::error_code failure;
     if (fs::is_regular_file(timeline, failure))  // a pipe would be waited for
         file.open(timeline, std::ios::binary);
-    if (!std::getline(file, names)) throw FileError("{}: cannot be read", timeline.string());
-    const std::streamoff begin = file.tellg();
+    if (!file.getline(names.data(), kTail))
+        throw FileError("{}: cannot be read, or its first line has over {} bytes", timeline.string(), kTail);
+    const std::streamoff begin = file.gcount();
+    names.resize(names.find('\0'));
+    file.clear();
     file.seekg(0, std::ios::end);
     const std::streamoff from = std::max(begin, std::streamoff{file.tellg()} - kTail);
     file.seekg(from);

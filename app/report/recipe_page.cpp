@@ -104,6 +104,14 @@ std::string text_or_none(const fs::path& file) {
     }
 }
 
+// The keys and figures that a table of runs has columns for: the first by name.
+constexpr std::size_t kMostKeys = 12, kMostFigures = 60;
+
+template <class Map>
+void keep_first(Map& map, std::size_t most) {
+    while (map.size() > most) map.erase(std::prev(map.end()));
+}
+
 // Figures of a run's summary or, without one, of the last row of its timeline.
 void add_figures(const std::string& summary, const fs::path& timeline, RunRow& row) {
     if (!summary.empty()) {
@@ -185,6 +193,7 @@ RunRow run_row(const std::string& name, const std::string& recipe, const std::st
     try {
         row.keys = written_keys(recipe);
         add_figures(summary, timeline, row);
+        keep_first(row.figures, kMostFigures + 1);  // one more says that there are more
     } catch (const std::exception&) {  // files of another program, or damaged: the row stays empty
     }
     return row;
@@ -202,9 +211,13 @@ Json runs_table(const std::vector<RunRow>& rows) {
         for (const RunRow& row : rows)
             if (!row.keys.empty()) values[key].insert(row.keys.contains(key) ? row.keys.at(key) : "");
     Json table{{"type", "table"}, {"title", "Runs"}, {"columns", Json::array({Json{{"name", "run"}}})}};
-    constexpr std::size_t kMostKeys = 12;
     std::erase_if(values, [](const auto& key) { return key.second.size() < 2; });
-    while (values.size() > kMostKeys) values.erase(std::prev(values.end()));
+    if (values.size() > kMostKeys || measures.size() > kMostFigures)
+        table["note"] =
+            fmt::format("Of the keys that differ and of the figures, the first {} and {} by name.", kMostKeys,
+                        kMostFigures);
+    keep_first(values, kMostKeys);
+    keep_first(measures, kMostFigures);
     for (const auto& [key, unused] : values) table["columns"].push_back(Json{{"name", key}});
     for (const auto& [name, unit] : measures)
         table["columns"].push_back(Json{{"name", name}, {"unit", shown_unit(unit)}});

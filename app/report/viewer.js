@@ -382,6 +382,7 @@
       this.renderer.setPixelRatio(Math.min(devicePixelRatio || 1, 2));
       this.renderer.setSize(width, height);
       this.eye.aspect = this.aspect;
+      this.eye.updateProjectionMatrix();
       if (first) this.fit();
       this.refresh();
     }

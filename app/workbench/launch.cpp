@@ -68,9 +68,12 @@ Descriptor memory_file() {
     return file;
 }
 
-std::string text_in(const Descriptor& file) {
+std::string text_in(const Descriptor& file, const std::string& command) {
     constexpr off_t kMost = 16'000'000;
-    const off_t size = std::min(::lseek(file.number(), 0, SEEK_END), kMost);
+    const off_t size = ::lseek(file.number(), 0, SEEK_END);
+    if (size > kMost)
+        throw IoError("sidewall {}: answers with {} bytes, over {}: ask it on the command line", command,
+                      size, kMost);
     std::string text(size > 0 ? static_cast<std::size_t>(size) : 0, '\0');
     std::size_t done = 0;
     while (done < text.size()) {
@@ -113,8 +116,8 @@ SpokenAnswer ask_program(const std::vector<std::string>& arguments, int folder, 
         wait_for(spawn(words, folder, {in.number(), out.number(), messages.number()}, POSIX_SPAWN_SETPGROUP),
                  patience);
     constexpr int kSignalled = 128;
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : kSignalled + WTERMSIG(status), text_in(out),
-            text_in(messages)};
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : kSignalled + WTERMSIG(status),
+            text_in(out, arguments.front()), text_in(messages, arguments.front())};
 }
 
 void start_program(const std::vector<std::string>& words, int folder, int log) {

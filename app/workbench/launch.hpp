@@ -18,7 +18,7 @@ struct SpokenAnswer {
 /// \param folder     that it works in: an open one.
 /// \param input      that it reads.
 /// \param patience   after which it is killed, as it is when this process is asked to stop.
-/// \throws IoError if the system refuses a process.
+/// \throws IoError if the system refuses a process, or the answer is over 16 MB.
 SpokenAnswer ask_program(const std::vector<std::string>& arguments, int folder, const std::string& input,
                          std::chrono::seconds patience);
 

@@ -94,16 +94,18 @@
       pane.classList.toggle("drawing", drawing);
       done();
       form.aim();
+      if (drawing) viewer().canvas.scrollIntoView({ block: "nearest" });
       note.textContent = drawing ? `Drag ${flat() ? "an interval" : "a rectangle"} over the wafer; Esc ends it.` : "";
     };
 
+    // The pane takes the pointer, as a view that comes anew while one draws replaces the canvas.
     pane.addEventListener("pointerdown", (event) => {
       if (!drawing || !viewer() || event.target !== viewer().canvas || event.button !== 0 || !(from = place(event))) return;
       viewer().controls.enabled = false;
-      event.target.setPointerCapture(event.pointerId);
+      pane.setPointerCapture(event.pointerId);
       show(from);
     }, true);
-    pane.addEventListener("pointermove", (event) => { const to = from && place(event); if (to) show(to); });
+    pane.addEventListener("pointermove", (event) => { const to = from && viewer() && place(event); if (to) show(to); });
     pane.addEventListener("pointerup", () => { if (!from) return; done(); insert(); });
     pane.addEventListener("pointercancel", done);
     addEventListener("keydown", (event) => event.key === "Escape" && drawing && draw(false));
@@ -118,7 +120,7 @@
       const v = viewer();
       for (const { row } of y) row.hidden = flat();
       if (v && !thickness.input.value) thickness.input.value = Number(((v.max[0] - v.min[0]) / 10).toPrecision(1));
-      if (!v || !drawing || from) return;
+      if (!v || !drawing) return;
       const cut = pane.querySelector("select[aria-label=cut]");
       cut.selectedIndex = 0;
       cut.dispatchEvent(new Event("change"));

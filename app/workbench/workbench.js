@@ -71,9 +71,9 @@
     view.viewer = Sidewall.viewer;
     if (!view.viewer) return;
     view.viewer.begin();
-    setTimeout(masks.aim);
     if (seen && view.viewer.controls) view.viewer.seeFrom(seen);
     else if (side && view.viewer.controls) view.viewer.place(...side, view.viewer.distance());
+    masks.aim();
   }
 
   // Draws a page's view in its pane and the other sections below; runs keep the pane until the recipe changes.
@@ -97,7 +97,7 @@
     boxes().forEach((box, k) => at[k] && box.scrollTo(...at[k]));
     if (stops()[focus]) stops()[focus].focus({ preventScroll: true });
     place.style.minHeight = "";
-    window.scrollTo(window.scrollX, scrollY);
+    window.scrollTo({ top: scrollY, behavior: "instant" });
   }
 
   // Checks and draws the recipe as it stands; an answer on an earlier text is dropped.

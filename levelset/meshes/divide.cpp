@@ -56,7 +56,7 @@ bool drop_opposites(const TriangleMesh& mesh, EdgePoints& points) {
     const auto is_divided = [&](const Triangle& t, std::vector<Triangle>& parts) {
         if (is_whole(t, ends)) return false;
         parts = parts_of(mesh, t, points);
-        return parts.front() != t;
+        return parts.empty() || parts.front() != t;
     };
     std::vector<Triangle> parts;
     for (const Triangle& t : mesh.triangles) {

@@ -9,6 +9,7 @@ import json
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -75,7 +76,7 @@ class Browser:
         os.close(to_browser)
         os.close(from_browser)
         self.number, self.buffer, self.events = 0, b"", []
-        self.session = None
+        self.session = self.run = None
         target = [t for t in self.send("Target.getTargets")["targetInfos"] if t["type"] == "page"][0]
         self.session = self.send("Target.attachToTarget", targetId=target["targetId"], flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Log"):
@@ -126,9 +127,11 @@ class Browser:
             self.send("Input.dispatchKeyEvent", type=kind, key=key, code=code, windowsVirtualKeyCode=number,
                       modifiers=modifiers)
 
-    def drag(self, places):
+    def drag(self, places, halfway=lambda: None):
         """Presses the mouse at the first of these places of the window and releases it at the last."""
         for k, (x, y) in enumerate([places[0], *places, places[-1]]):
+            if k == len(places):
+                halfway()
             kind = "mousePressed" if k == 1 else "mouseReleased" if k == len(places) + 1 else "mouseMoved"
             self.send("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=int(0 < k <= len(places)), clickCount=1)
 
@@ -136,6 +139,7 @@ class Browser:
         self.send("Input.insertText", text=text)
 
     def picture(self, path):
+        self.js("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
         data = self.send("Page.captureScreenshot", format="png", captureBeyondViewport=True)["data"]
         with open(path, "wb") as file:
             file.write(base64.b64decode(data))
@@ -214,28 +218,47 @@ def edit(page, found):
     page.until("!Sidewall.workbench.state.dirty")
 
 
+def process_of(run):
+    """The number of the process that works in a folder of results."""
+    with open(f"{run}/.sidewall.lock") as file:
+        return int(re.search(r"process (\d+)", file.read())[1])
+
+
+def let_work(page, reached, seconds=240):
+    """Lets the page's run work for moments at a time until something is reached, so that a slow page sees it on its way."""
+    end = time.time() + seconds
+    while not reached():
+        if time.time() > end:
+            raise TimeoutError(f"{page.errors()}")
+        for kind in (signal.SIGCONT, signal.SIGSTOP):
+            os.kill(page.run, kind)
+            time.sleep(0.3)
+
+
 def run_stop_resume(page, found):
     page.js("performance.setResourceTimingBufferSize(10000)")
     state = f"({ROWS}.find((r) => r.textContent.includes('results/trench')) || {{}}).textContent"
     page.until(f"({state} || '').includes('running')")
-    frames = set()
-    end = time.time() + 60
-    while len(frames) < 3 and time.time() < end:
-        label = page.js("(document.querySelector('.pane .frame-label') || {}).textContent || ''")
-        if label.startswith("t = "):
-            frames.add(label)
-        time.sleep(0.1)
+    label, frames = "(document.querySelector('.pane .frame-label') || {}).textContent || ''", set()
+
+    def three_frames():
+        frames.update(re.findall("^t = .*", page.js(label)))
+        return len(frames) >= 3
+
+    let_work(page, three_frames)
     found["frames_while_running"] = sorted(frames)
     # As the run goes on, the view stays where it was turned to, and the page where it was scrolled to.
     page.js("Sidewall.viewer.zoom(0.6); window.scrollTo(0, 150)")
     seen = "[Sidewall.viewer.distance() * Sidewall.viewer.size, scrollY]"
-    found["seen_before"], label = page.js(seen), page.js("document.querySelector('.pane .frame-label').textContent")
-    page.until(f"document.querySelector('.pane .frame-label').textContent !== {json.dumps(label)}")
+    found["seen_before"], before = page.js(seen), page.js(label)
+    let_work(page, lambda: page.js(label) != before)
     found["seen_after"] = page.js(seen)
     page.js("window.scrollTo(0, 0)")
     found["curves_while_running"] = page.js("document.querySelectorAll('.results figure').length")
     press(page, "Stop")
+    os.kill(page.run, signal.SIGCONT)
     page.until(f"({state} || '').includes('stopped')")
+    page.run = None
     found["stopped"] = page.js(state)
     found["last_alone"] = page.js("fetch('/api/results?run=results/trench&last=1').then((reply) => reply.json())"
                                   ".then((one) => [one.sections[0].frames[0].label, one.notes.join()])")
@@ -252,6 +275,8 @@ def leave(page, found, address, folder):
     page.js("document.activeElement.blur()")
     page.key("Enter", "Enter", 13, CONTROL)
     page.until("Sidewall.workbench.state.runs.some((r) => r.path === 'results/trench' && r.state === 'running')")
+    page.run = process_of(f"{folder}/results/trench")
+    os.kill(page.run, signal.SIGSTOP)
     page.send("Page.navigate", url="about:blank")
     page.until("location.href === 'about:blank'")
     def rows():
@@ -261,9 +286,8 @@ def leave(page, found, address, folder):
         except FileNotFoundError:  # it has just begun
             return 0
 
-    before, end = rows(), time.time() + 60
-    while rows() < before + 2 and time.time() < end:
-        time.sleep(0.1)
+    before = rows()
+    let_work(page, lambda: rows() >= before + 2)
     page.send("Page.navigate", url=address)
     page.until("typeof Sidewall === 'object' && Sidewall.workbench && Sidewall.workbench.state.digest")
     found["after_leaving"] = page.until("(Sidewall.workbench.state.runs[0] || {}).state")
@@ -339,7 +363,7 @@ def inserted(before, after):
 
 
 def masks(page, found):
-    """Masks drawn by the mouse and by the keyboard, each of which the editor's undo takes away."""
+    """Masks drawn by the mouse, by the keyboard and at a profile, each of which the editor's undo takes away."""
     page.until("Sidewall.workbench.open('small.toml').then(() => true)")
     before, text = page.js(f"{EDITOR}.text"), f"{EDITOR}.text"
     form, outlines = "document.querySelector('.masks')", f"(({VIEWER} || {{}}).outlines || {{ children: [] }}).children.length"
@@ -348,26 +372,26 @@ def masks(page, found):
         page.js(f"{EDITOR}.mirror.focus()")
         page.key("z", "KeyZ", 90, CONTROL)
 
-    def draw(*shares):
-        """Until the text has changed: a view that comes anew while one draws drops what was drawn."""
+    def draw(*shares, halfway=lambda: None):
         had = page.js(text)
-        for _ in range(4):
-            page.js("window.scrollTo(0, 0)")
-            x, y, w, h = page.js(f"(({{ x, y, width, height }}) => [x, y, width, height])({VIEWER}.canvas.getBoundingClientRect())")
-            page.drag([(x + a * w, y + b * h) for a, b in shares])
-            end = time.time() + 20
-            while time.time() < end:
-                if page.js(text) != had:
-                    return
-                time.sleep(0.1)
+        x, y, w, h = page.until(f"(({{ x, y, width, height }}) => y >= 0 && y + height <= innerHeight && [x, y, width, height])"
+                                f"({VIEWER}.canvas.getBoundingClientRect())")
+        page.drag([(x + a * w, y + b * h) for a, b in shares], halfway)
+        page.until(f"{text} !== {json.dumps(had)}")
+
+    def another_view():
+        page.js(f"window.old = {VIEWER}; Sidewall.workbench.open('small.toml')")
+        page.until(f"{VIEWER} !== window.old && {VIEWER}.fitted.name === 'Top'")
 
     def press_draw():
-        page.js(f"{form}.open = true; [...{form}.querySelectorAll('button')].find((b) => b.textContent.startsWith('Draw')).click()")
+        page.js(f"{form}.open = true; {form}.scrollIntoView();"
+                f"[...{form}.querySelectorAll('button')].find((b) => b.textContent.startsWith('Draw')).click()")
         page.until(f"document.querySelector('.pane.drawing') && {VIEWER} && {VIEWER}.aspect > 0 && {VIEWER}.fitted.name !== '3-D'")
 
+    page.js("document.documentElement.style.scrollBehavior = 'auto'")  # at once
     page.until(f"{outlines} === 0 && {VIEWER} && {VIEWER}.aspect > 0")
     press_draw()
-    draw((0.4, 0.45), (0.5, 0.5), (0.6, 0.55))
+    draw((0.4, 0.45), (0.5, 0.5), (0.6, 0.55), halfway=another_view)
     page.until(f"{outlines} === 1")
     found["drawn"] = inserted(before, page.js(text))
     draw((0.65, 0.45), (0.7, 0.5), (0.75, 0.55))
@@ -388,6 +412,17 @@ def masks(page, found):
     found["by_fields"] = inserted(before, page.js(text))
     undo()
     page.until(f"{text} === {json.dumps(before)}")
+    put_cursor(page, 2, "extent = [2.0]")
+    profile = page.js(text)
+    page.until(f"{VIEWER} && {VIEWER}.max[1] - {VIEWER}.min[1] < 0.1")
+    page.js(f"{form}.querySelector('select').selectedIndex = 0")
+    press_draw()
+    draw((0.4, 0.3), (0.45, 0.4), (0.5, 0.3))
+    page.until(f"{VIEWER}.section.materials.some((m) => m.name === 'Resist')")
+    found["interval"] = inserted(profile, page.js(text))
+    if len(sys.argv) > 4:
+        page.picture(sys.argv[4] + "_interval.png")
+    page.key("Escape", "Escape", 27)
     page.js(f"{form}.open = false")
 
 
@@ -536,6 +571,8 @@ def main():
         if page:
             page.process.kill()
             page.process.wait()
+            if page.run:
+                os.kill(page.run, signal.SIGKILL)
         if server.poll() is None:
             server.kill()
         server.wait()

@@ -97,6 +97,8 @@ TEST_CASE(
     CHECK(page["by_fields"] ==
           "\n\n[[layer]]\nmaterial = \"Resist\"\nshape = \"mask\"\nthickness = 0.2\nopenings = false\n"
           "polygons = [{ points = [-0.5, -0.2, 0.25, -0.2, 0.25, 0.3, -0.5, 0.3] }]");
+    CHECK(page["interval"].get<std::string>().find(
+              "\n\n[[layer]]\nmaterial = \"Resist\"\nshape = \"trench\"\nthickness = 0.2\nwidth = ") == 0);
     CHECK(page["conflict"] == "- # theirs\n+ # mine\n");
     CHECK(page["kept"] == "# mine\n");
     CHECK(page["run_refused"].get<std::string>().find("small.toml has changed on the disk") == 0);

@@ -12,7 +12,7 @@ import subprocess
 import sys
 import time
 
-from workbench_browser import RECIPE, ROWS, Browser, press
+from workbench_browser import RECIPE, ROWS, Browser, press, process_of
 
 
 def memory(pid):
@@ -33,8 +33,7 @@ def main():
         page.until("typeof Sidewall === 'object' && Sidewall.workbench && Sidewall.workbench.state.digest")
         press(page, "Run")
         page.until(f"{ROWS}.some((r) => r.textContent.includes('running'))")
-        with open(f"{folder}/results/trench/.sidewall.lock") as file:
-            run = int(re.search(r"process (\d+)", file.read())[1])
+        run = process_of(f"{folder}/results/trench")
         begun, minute = time.time(), 0
         while minute <= minutes:
             os.kill(run, signal.SIGCONT)

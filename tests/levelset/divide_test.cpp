@@ -24,3 +24,12 @@ TEST_CASE("a point that would lay two parts of triangles on each other is left o
     // Its parts stand 6 degrees apart: 2 atan(0.1 / 2).
     CHECK(parts_with_point(2.0) == 2);
 }
+
+TEST_CASE("a triangle whose three edges are divided at one point has no parts") {
+    TriangleMesh mesh;
+    mesh.vertices = {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0.3, 0.3, 0)};
+    mesh.triangles = {{0, 1, 2}};
+    EdgePoints points{{divided_edge(0, 1), 3}, {divided_edge(1, 2), 3}, {divided_edge(2, 0), 3}};
+    drop_folds(mesh, -0.8, points);
+    CHECK(divided(mesh, points).triangles.empty());
+}

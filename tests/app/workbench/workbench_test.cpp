@@ -7,6 +7,7 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <nlohmann/json.hpp>
 
 #include "app/common/files.hpp"
@@ -343,6 +344,44 @@ TEST_CASE("of a long timeline the last whole row is read", "[foreign]") {
     CHECK(table.rows == std::vector<std::vector<std::string>>{{"1 a, b", "10000", "0.5"}});
     file << "\n1,2\n" << std::flush;
     CHECK_THROWS_AS(last_of_timeline(run.path / "timeline.csv"), sidewall::FileError);
+}
+
+TEST_CASE("of a timeline without a line's end no more is read than a line may have", "[foreign]") {
+    const Folder run;
+    const fs::path timeline = run.path / "timeline.csv";
+    std::ofstream(timeline) << "step,time [s]";  // its first line is being written
+    CHECK(last_of_timeline(timeline).names == std::vector<std::string>{"step", "time [s]"});
+    fs::resize_file(timeline, std::uintmax_t{1} << 40);
+    CHECK_THROWS_AS(last_of_timeline(timeline), sidewall::FileError);
+}
+
+TEST_CASE("a table of runs has the first figures of many, and says so", "[foreign]") {
+    RunRow row{.name = "one"};
+    for (int k = 0; k < 60; ++k) row.figures["figure" + std::to_string(k)] = {k, ""};
+    CHECK(runs_table({row})["columns"].size() == 61);
+    CHECK_FALSE(runs_table({row}).contains("note"));
+    std::string names = "step,time [s],relative_error", values = "1,1,0";
+    for (int k = 0; k < 5000; ++k) {
+        names += ",f" + std::to_string(k);
+        values += ",7";
+    }
+    const Folder run;
+    std::ofstream(run.path / "timeline.csv") << names << "\n" << values << "\n";
+    const Json table = runs_table({row, run_row("two", "", "", run.path / "timeline.csv")});
+    CHECK(table["columns"].size() == 61);
+    CHECK(table["rows"][1].size() == 61);
+    CHECK(table["note"].get<std::string>().find("60") != std::string::npos);
+}
+
+TEST_CASE("writes 17 MB", "[.]") {  // asked by the next one
+    std::cout << std::string(17'000'000, 'x');
+}
+
+TEST_CASE("an answer that is too large is refused, not cut", "[foreign]") {
+    const Opened opened;
+    const Descriptor here = opened.folder.folder("");
+    CHECK_THROWS_WITH(ask_program({"writes 17 MB"}, here.number(), "", std::chrono::seconds(60)),
+                      Catch::Contains("over 16000000"));
 }
 
 TEST_CASE("the list of a large folder ends at a bound, and says so", "[foreign]") {
