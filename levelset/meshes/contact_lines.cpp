@@ -182,13 +182,15 @@ std::size_t place(const Fronts& fronts, const GridEdge& edge, std::size_t layer,
         t = f[0] / (f[0] - f[1]);
     }
     t = std::clamp(t, surface::kNodeClearance, 1.0 - surface::kNodeClearance);
-    // Where that front is the layer's own the vertex is there, on a plane of an edge's.
-    const double same = fronts.touching(edge) * fronts.spacing(edge);
-    const auto off = [&](std::size_t end) {
-        return std::abs(fronts.continued(met, edge, end) - fronts.value(layer, edge, end));
-    };
-    if (off(0) <= same && off(1) <= same) return met;
     constexpr double kRounding = 1e-6;
+    // Beside an edge of the layer's own front the vertex lies on one of its planes, and stays.
+    const double g[] = {fronts.value(layer, edge, 0), fronts.value(layer, edge, 1)},
+                 same = fronts.touching(edge) * fronts.spacing(edge);
+    if (std::abs(edge.t - std::clamp(g[0] / (g[0] - g[1]), surface::kNodeClearance,
+                                     1.0 - surface::kNodeClearance)) > kRounding &&
+        std::abs(fronts.continued(met, edge, 0) - g[0]) <= same &&
+        std::abs(fronts.continued(met, edge, 1) - g[1]) <= same)
+        return met;
     if (std::abs(t - edge.t) > kRounding) vertex[edge.axis] += (t - edge.t) * fronts.spacing(edge);
     return met;
 }
@@ -255,27 +257,6 @@ TriangleMesh interface_mesh(const Fronts& fronts, const MaterialStack& stack, st
     return divided(mesh, points);
 }
 
-// Divides the surface and all interfaces at their contact lines.
-// \returns false if lines cross faces beside edges of the meshes.
-bool divide_fronts(const Fronts& fronts, const MaterialStack& stack, const TriangleMesh& surface, bool sharp,
-                   StackMeshes& meshes) {
-    const std::size_t top = stack.layers.size() - 1;
-    meshes.interfaces.assign(top, {});
-    std::vector<NearestOnSegments> rims(top);
-    for (std::size_t layer = top + 1; layer-- > 0;) {
-        CutMesh cut;
-        cut.mesh = layer < top ? interface_mesh(fronts, stack, layer, rims, sharp) : surface;
-        auto covers = covers_of(fronts, layer, cut.mesh);
-        if (!covers) return false;
-        cut.mesh.vertex_attributes.clear();
-        if (layer < top) meshes.interfaces[layer] = cut.mesh;
-        Segments rim = Cutter(stack, layer, cut, std::move(*covers)).run();
-        if (layer > 0) rims[layer - 1] = NearestOnSegments(std::move(rim), kNear * stack.domain.spacing);
-        if (layer == top) meshes.surface = std::move(cut);
-    }
-    return true;
-}
-
 }  // namespace
 
 StackMeshes extract_materials(const MaterialStack& stack, const TriangleMesh& surface) {
@@ -297,11 +278,27 @@ StackMeshes extract_materials(const MaterialStack& stack, const TriangleMesh& su
         return meshes;
     }
     const Fronts fronts(stack);
-    const bool is_sharp = surface.vertex_attribute(kEdgeAttribute) != nullptr;
-    if (!divide_fronts(fronts, stack, surface, is_sharp, meshes))
-        divide_fronts(fronts, stack, extract_surface(stack, surface::SharpEdges::none), false, meshes);
-    for (std::size_t layer = 0; layer < top; ++layer)
-        if (edges[layer] != surface::SharpEdges::none) meshes.interfaces[layer] = own_front(layer);
+    // Of several interfaces that end beside each other's edges, some would have them and leave teeth between.
+    const bool is_sharp = surface.vertex_attribute(kEdgeAttribute) != nullptr, sharp = is_sharp && top == 1;
+    const TriangleMesh plain =
+        is_sharp && !sharp ? extract_surface(stack, surface::SharpEdges::none) : TriangleMesh();
+    meshes.interfaces.resize(top);
+    std::vector<NearestOnSegments> rims(top);
+    for (std::size_t layer = top + 1; layer-- > 0;) {
+        CutMesh cut;
+        cut.mesh = layer < top          ? interface_mesh(fronts, stack, layer, rims, sharp)
+                   : is_sharp && !sharp ? plain
+                                        : surface;
+        std::vector<std::vector<double>> covers = covers_of(fronts, layer, cut.mesh);
+        cut.mesh.vertex_attributes.clear();
+        if (layer < top) meshes.interfaces[layer] = cut.mesh;
+        Segments rim = Cutter(stack, layer, cut, std::move(covers)).run();
+        if (layer > 0) rims[layer - 1] = NearestOnSegments(std::move(rim), kNear * stack.domain.spacing);
+        if (layer == top)
+            meshes.surface = std::move(cut);
+        else if (edges[layer] != surface::SharpEdges::none)
+            meshes.interfaces[layer] = own_front(layer);
+    }
     return meshes;
 }
 

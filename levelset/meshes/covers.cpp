@@ -99,10 +99,9 @@ std::vector<EdgeVertex> edge_vertices(const Fronts& fronts, const TriangleMesh& 
 }
 
 // The cover of a vertex on edges of the mesh: kOnLine if some of its faces are covered and the others bare,
-// and then also that of vertices beside it on the layer's front; else the mean of what is around. Nothing if
-// a face is covered in part.
-std::optional<double> cover_on_edge(const Fronts& fronts, std::size_t layer, std::vector<MeshFace>& faces,
-                                    std::vector<double>& cover) {
+// and then also that of vertices beside it on the layer's front; else the mean of what is around.
+double cover_on_edge(const Fronts& fronts, std::size_t layer, std::vector<MeshFace>& faces,
+                     std::vector<double>& cover) {
     bool covered = false, bare = false, mixed = false;
     double sum = 0.0;
     std::size_t count = 0;
@@ -115,8 +114,7 @@ std::optional<double> cover_on_edge(const Fronts& fronts, std::size_t layer, std
         for (const std::uint32_t v : face.around) sum += cover[v], ++count;
         face.open = above == 0;
     }
-    if (mixed) return std::nullopt;
-    if (!covered || !bare) return count > 0 ? sum / static_cast<double>(count) : 0.0;
+    if (!covered || !bare || mixed) return count > 0 ? sum / static_cast<double>(count) : 0.0;
     for (const MeshFace& face : faces)
         for (const std::uint32_t v : face.around)
             if (std::abs(cover[v]) <= kOnFront && (cover[v] > 0.0) == face.open) cover[v] = kOnLine;
@@ -132,8 +130,7 @@ std::vector<std::uint8_t> on_edges(const TriangleMesh& mesh) {
     return edge;
 }
 
-std::optional<std::vector<std::vector<double>>> covers_of(const Fronts& shared, std::size_t of,
-                                                          const TriangleMesh& mesh) {
+std::vector<std::vector<double>> covers_of(const Fronts& shared, std::size_t of, const TriangleMesh& mesh) {
     std::vector<std::vector<double>> covers(of, std::vector<double>(mesh.vertices.size()));
     if (of == 0) return covers;
     const std::vector<std::uint8_t> edge = on_edges(mesh);
@@ -157,11 +154,7 @@ std::optional<std::vector<std::vector<double>>> covers_of(const Fronts& shared, 
         for (std::vector<double>& c : covers)
             if (around[v] > 0.0) c[v] /= around[v];
     for (auto& [v, faces] : edge_vertices(shared, mesh, edge))
-        for (std::size_t k = of; k-- > 0;) {
-            const std::optional<double> own = cover_on_edge(shared, k, faces, covers[k]);
-            if (!own) return std::nullopt;
-            covers[k][v] = *own;
-        }
+        for (std::size_t k = of; k-- > 0;) covers[k][v] = cover_on_edge(shared, k, faces, covers[k]);
     return covers;
 }
 

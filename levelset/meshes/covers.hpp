@@ -1,7 +1,6 @@
 #pragma once
 #include <cstdint>
 #include <limits>
-#include <optional>
 #include <vector>
 
 #include "levelset/meshes/fronts.hpp"
@@ -15,10 +14,8 @@ namespace sidewall::levelset {
 inline constexpr double kOnLine = -std::numeric_limits<double>::min();
 
 /// By layer below \p of and vertex of its mesh: the height in cells above the layer's continued front, positive where what lies
-/// between the two is exposed. Vertices on edges of the mesh have what those around have. Nothing if a layer comes out across a face
-/// beside an edge of the mesh, where a line that runs half on the edge would leave teeth.
-std::optional<std::vector<std::vector<double>>> covers_of(const Fronts& fronts, std::size_t of,
-                                                          const TriangleMesh& mesh);
+/// between the two is exposed. Vertices on edges of the mesh have what those around have.
+std::vector<std::vector<double>> covers_of(const Fronts& fronts, std::size_t of, const TriangleMesh& mesh);
 
 /// By vertex: whether it lies on an edge or a corner of the mesh.
 std::vector<std::uint8_t> on_edges(const TriangleMesh& mesh);
