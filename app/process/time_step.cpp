@@ -23,13 +23,9 @@ namespace {
 // Grid spacings within which a front counts as arrived: re-distancing keeps its place no better.
 constexpr double kArrived = 1e-3;
 
-// But for corners of three planes, which may lie a few tenths of a cell too deep.
 double lowest(const TriangleMesh& surface) {
-    const Attribute* edge = surface.vertex_attribute(levelset::kEdgeAttribute);
-    const auto corner = static_cast<double>(surface::EdgeKind::corner);
     double z = kInfinity;
-    for (std::size_t v = 0; v < surface.vertices.size(); ++v)
-        if (edge == nullptr || edge->values[v] != corner) z = std::min(z, surface.vertices[v].z());
+    for (const Vec3& p : surface.vertices) z = std::min(z, p.z());
     return z;
 }
 

@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <optional>
-#include <unordered_map>
 
 #include "levelset/large_vector.hpp"
 #include "levelset/meshes/covers.hpp"
@@ -214,9 +213,11 @@ TriangleMesh interface_mesh(const Fronts& fronts, const MaterialStack& stack, st
                             const std::vector<NearestOnSegments>& rims, bool sharp) {
     const Domain& domain = stack.domain;
     TriangleMesh mesh =
-        extract_surface(stack, layer, [&](const MaterialStack& level, const std::array<int, 3>& cell) {
-            return sharp ? edges_at(level, layer, cell) : surface::SharpEdges::none;
-        });
+        sharp ? extract_surface(stack, layer,
+                                [&](const MaterialStack& level, const std::array<int, 3>& cell) {
+                                    return edges_at(level, layer, cell);
+                                })
+              : extract_surface(stack, layer, surface::SharpEdges::none);
     const std::vector<std::uint8_t> on_edge = on_edges(mesh);
     std::vector<std::size_t> front(mesh.vertices.size(), layer);
     std::vector<std::uint8_t> within(mesh.vertices.size(), 0);  // a cell: on no edge

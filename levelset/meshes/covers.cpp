@@ -43,7 +43,7 @@ constexpr double kOnFront = 0.05;
 struct MeshFace {
     std::vector<std::uint32_t> around;  // vertices on no edge
     std::vector<Vec3> beside;           // a point on each triangle
-    bool open = true;                   // no layer that was asked for before covers it
+    bool covered = false;
 };
 
 struct EdgeVertex {
@@ -106,18 +106,17 @@ double cover_on_edge(const Fronts& fronts, std::size_t layer, std::vector<MeshFa
     double sum = 0.0;
     std::size_t count = 0;
     for (MeshFace& face : faces) {
-        if (!face.open) continue;
         const auto above = std::ranges::count_if(
             face.beside, [&](const Vec3& p) { return fronts.height(layer, p) > kAbove; });
         mixed |= above > 0 && above < std::ssize(face.beside);
-        (above > 0 ? covered : bare) = true;
+        face.covered = above > 0;
+        (face.covered ? covered : bare) = true;
         for (const std::uint32_t v : face.around) sum += cover[v], ++count;
-        face.open = above == 0;
     }
     if (!covered || !bare || mixed) return count > 0 ? sum / static_cast<double>(count) : 0.0;
     for (const MeshFace& face : faces)
         for (const std::uint32_t v : face.around)
-            if (std::abs(cover[v]) <= kOnFront && (cover[v] > 0.0) == face.open) cover[v] = kOnLine;
+            if (std::abs(cover[v]) <= kOnFront && (cover[v] > 0.0) != face.covered) cover[v] = kOnLine;
     return kOnLine;
 }
 

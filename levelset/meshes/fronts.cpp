@@ -301,32 +301,23 @@ double Fronts::height(std::size_t layer, const Vec3& point) const {
 
 surface::SharpEdges edges_at(const MaterialStack& level, std::size_t layer, const std::array<int, 3>& cell) {
     const double dx = level.domain.spacing, touching = thinnest_film(level.domain) / dx;
+    const auto own = level.layers[layer].phi->getConstUnsafeAccessor(),
+               next = level.layers[layer + 1].phi->getConstUnsafeAccessor();
     surface::SharpEdges edges = surface::SharpEdges::all;
-    for (std::size_t above = layer + 1; above < level.layers.size(); ++above) {
-        const auto own = level.layers[above - 1].phi->getConstUnsafeAccessor(),
-                   next = level.layers[above].phi->getConstUnsafeAccessor();
-        bool bare = false, covered = false;
-        for (int n = 0; n < 64; ++n) {
-            const openvdb::Coord node(level.domain.source_node(0, cell[0] + n % 4 - 1),
-                                      level.domain.source_node(1, cell[1] + n / 4 % 4 - 1),
-                                      cell[2] + n / 16 - 1);
-            float here = 0.0f, other = 0.0f;
-            if (!own.probeValue(node, here) || std::abs(here) > static_cast<float>(kBesideFront * dx))
-                continue;
-            // A node that is not in the next layer's band lies inside it.
-            const double film = next.probeValue(node, other) ? (static_cast<double>(here) - other) / dx : 1.0;
-            if (film <= touching) {
-                bare = true;
-                continue;
-            }
-            covered = true;
-            if (film < kCovering) edges = surface::SharpEdges::hollow;
-            if (film < kCoveringHollow) return surface::SharpEdges::none;
-        }
-        if (bare && covered) return surface::SharpEdges::none;
-        if (covered) break;
+    bool bare = false, covered = false;
+    for (int n = 0; n < 64; ++n) {
+        const openvdb::Coord node(level.domain.source_node(0, cell[0] + n % 4 - 1),
+                                  level.domain.source_node(1, cell[1] + n / 4 % 4 - 1), cell[2] + n / 16 - 1);
+        float here = 0.0f, other = 0.0f;
+        if (!own.probeValue(node, here) || std::abs(here) > static_cast<float>(kBesideFront * dx)) continue;
+        // A node that is not in the next layer's band lies inside it.
+        const double film = next.probeValue(node, other) ? (static_cast<double>(here) - other) / dx : 1.0;
+        (film > touching ? covered : bare) = true;
+        if (film <= touching) continue;
+        if (film < kCovering) edges = surface::SharpEdges::hollow;
+        if (film < kCoveringHollow) return surface::SharpEdges::none;
     }
-    return edges;
+    return bare && covered ? surface::SharpEdges::none : edges;
 }
 
 surface::SharpEdges edges_below(const MaterialStack& stack, std::size_t layer) {

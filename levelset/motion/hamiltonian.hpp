@@ -140,20 +140,48 @@ float lax_friedrichs(const Vec3& minus, const Vec3& plus, const Vec3& bounds, Sp
     return static_cast<float>(sign < 0.0 ? std::min(flux, 0.0) : std::max(flux, 0.0));
 }
 
-/// H of a row with a BeamSpeed, facing max(0, p . d) + always |p|: the beam's part by the differences that lie
-/// where it comes from, the other part by Godunov's. Each is monotone, and so is their sum.
-/// \param growing,etching  squared upwind gradients of \p d without dx, by the sign of \p always.
-inline Row beam_row(const std::array<OneSided, 3>& d, const Row& growing, const Row& etching, float inv_dx,
-                    const Vec3& beam, const Row& facing, const Row& always) {
+/// H by Lax-Friedrichs of a row with a BeamSpeed: H(p) = facing max(0, p . d) + always |p|, with the slopes of
+/// central differences in closed form.
+inline Row beam_row(const std::array<OneSided, 3>& d, float inv_dx, const Vec3& beam, const Row& facing,
+                    const Row& always) {
+    std::array<float, 3> towards, steep;
+    for (std::size_t a = 0; a < 3; ++a) {
+        towards[a] = static_cast<float>(beam[static_cast<int>(a)]);
+        // The kink at p . d = 0 as the central difference sees it.
+        steep[a] = towards[a] != 0.0f ? 0.5f / (static_cast<float>(kShift) * std::abs(towards[a])) : 0.0f;
+    }
     Row h;
-    std::array<float, 3> towards;
-    for (std::size_t a = 0; a < 3; ++a) towards[a] = static_cast<float>(beam[static_cast<int>(a)]);
+    std::array<Row, 3> dissipation{};
+    const auto point = [&](float of_minus, float of_plus) __attribute__((always_inline)) {
+        for (std::size_t n = 0; n < kLanes; ++n) {
+            float p[3], squares = 0.0f, facing_part = 0.0f;
+            for (std::size_t a = 0; a < 3; ++a) {
+                p[a] = (of_minus * d[a].minus[n] + of_plus * d[a].plus[n]) * inv_dx;
+                squares += p[a] * p[a];
+                facing_part += p[a] * towards[a];
+            }
+            const float inverse = 1.0f / std::max(std::sqrt(squares), static_cast<float>(kLeastGradient));
+            for (std::size_t a = 0; a < 3; ++a) {
+                const float share = 0.5f + facing_part * inverse * steep[a];
+                const float slope = facing[n] * towards[a] * std::min(std::max(share, 0.0f), 1.0f) +
+                                    always[n] * p[a] * inverse;
+                dissipation[a][n] = std::max(dissipation[a][n], std::abs(slope));
+            }
+            h[n] = facing[n] * std::max(facing_part, 0.0f) + always[n] * std::sqrt(squares);
+        }
+    };
+    point(1.0f, 0.0f);
+    point(0.0f, 1.0f);
+    point(0.5f, 0.5f);  // the last, whose H counts
+    for (std::size_t a = 0; a < 3; ++a)
+        for (std::size_t n = 0; n < kLanes; ++n)
+            h[n] -= 0.5f * dissipation[a][n] * (d[a].plus[n] - d[a].minus[n]) * inv_dx;
+    // One sign as in lax_friedrichs: a growth by dissipation alone where all etches would count as the
+    // uppermost layer's.
     for (std::size_t n = 0; n < kLanes; ++n) {
-        float facing_part = 0.0f;
-        for (std::size_t a = 0; a < 3; ++a)
-            facing_part += towards[a] * (facing[n] * towards[a] > 0.0f ? d[a].minus[n] : d[a].plus[n]);
-        const float other = std::sqrt(always[n] > 0.0f ? growing[n] : etching[n]);
-        h[n] = inv_dx * (facing[n] * std::max(facing_part, 0.0f) + always[n] * other);
+        const float low = std::min(facing[n], always[n]), high = std::max(facing[n], always[n]);
+        h[n] = high <= 0.0f ? std::min(h[n], 0.0f) : h[n];
+        h[n] = low >= 0.0f ? std::max(h[n], 0.0f) : h[n];
     }
     return h;
 }
@@ -162,7 +190,7 @@ inline Row beam_row(const std::array<OneSided, 3>& d, const Row& growing, const 
 /// the cell that it comes from: beside a wall a floor's distance ends within a cell, and a difference across that end
 /// would hold the floor back (subcell resolution; Harten, J. Comput. Phys. 83 (1989) 148). Only of fronts that the axis meets
 /// at 37 degrees or less, and that are steeper along it than what follows: others opened slits beside walls on nodes.
-/// \param courant  facing times the time step over dx, by node; 0 where a front also moves by itself, which rounds the floor's end.
+/// \param courant  facing times the time step over dx, by node.
 template <int R>
 void resolve_kinks(const float* v, float inv_dx, const Vec3& beam, const Row& courant,
                    std::array<OneSided, 3>& d) {
@@ -243,12 +271,11 @@ void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* en
         if constexpr (R > 1) {
             Row courant;
             for (std::size_t n = 0; n < kLanes; ++n)
-                courant[n] = ways[n] == Way::beam && second[n] == 0.0f
-                                 ? first[n] * static_cast<float>(in.duration) * inv_dx
-                                 : 0.0f;
+                courant[n] =
+                    ways[n] == Way::beam ? first[n] * static_cast<float>(in.duration) * inv_dx : 0.0f;
             resolve_kinks<R>(v, inv_dx, in.motion.law.beam, courant, resolved);
         }
-        h = beam_row(resolved, growing, etching, inv_dx, in.motion.law.beam, first, second);
+        h = beam_row(resolved, inv_dx, in.motion.law.beam, first, second);
     }
     if (constant) {
         Row upwind;
@@ -280,8 +307,7 @@ void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* en
                        ? godunov(minus, plus, speed_of)
                        : lax_friedrichs(minus, plus, bounds[exposed(in.stack, in.motion.extension, index)],
                                         speed_of);
-            // What a beam etches does not grow by dissipation; layers below do not grow either, see
-            // speed_over.
+            // One sign as in beam_row; layers below do not grow either, see speed_over.
             if (in.motion.law.beam_speed) {
                 const BeamSpeed of =
                     in.motion.law.beam_speed(index, exposed(in.stack, in.motion.extension, index));

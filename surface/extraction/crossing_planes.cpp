@@ -191,6 +191,7 @@ CrossingPlane crossing_plane(NodeReader& value, const Coord& low, int axis) {
         plane.at = chord;
         best = linear();
     }
+    plane.on_edge = best.on_edge;
     if (best.on_edge) best = {};
     plane.at = std::clamp(plane.at, kNodeClearance, 1.0 - kNodeClearance);
     const double length = best.gradient.norm();

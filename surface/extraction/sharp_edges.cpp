@@ -200,7 +200,7 @@ void move_vertices(const CutLeaves& leaves, const LateralGrid& box, const Crossi
     for (const Fan& fan : fans)
         for (const Corner& c : fan.of->loop) moved[c.crossing] = 1;
     for (std::size_t n = 0; n < moved.size(); ++n) {
-        if (moved[n] == 0 && !crossings.plane[n].normal.isZero()) continue;
+        if (moved[n] == 0 && !crossings.plane[n].on_edge) continue;
         const auto [low, axis] = crossings.edge[n];
         for (int image = 0; image < 4; ++image) {
             Coord at = low;

@@ -5,6 +5,7 @@ Drives the page through the browser's DevTools pipe as a user does, in FOLDER, a
 Exit code 77: Chromium is missing or does not start here.
 """
 import base64
+import contextlib
 import json
 import os
 import re
@@ -571,11 +572,12 @@ def main():
         if page:
             page.process.kill()
             page.process.wait()
-            if page.run:
-                os.kill(page.run, signal.SIGKILL)
         if server.poll() is None:
             server.kill()
         server.wait()
+        if page and page.run:
+            with contextlib.suppress(ProcessLookupError):  # it has ended by itself
+                os.kill(page.run, signal.SIGKILL)
 
 
 if __name__ == "__main__":

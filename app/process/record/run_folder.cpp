@@ -12,7 +12,6 @@
 #include "app/process/record/saved_meshes.hpp"
 #include "app/process/record/summary.hpp"
 #include "app/recipe/effective_recipe.hpp"
-#include "levelset/meshes/extract.hpp"
 #include "surface/cut.hpp"
 #include "surface/files/file.hpp"
 #include "surface/files/mesh_io.hpp"
