@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "levelset/block.hpp"
 #include "levelset/motion/sample_index.hpp"
@@ -150,13 +151,16 @@ inline Row beam_row(const std::array<OneSided, 3>& d, float inv_dx, const Vec3& 
         // The kink at p . d = 0 as the central difference sees it.
         steep[a] = towards[a] != 0.0f ? 0.5f / (static_cast<float>(kShift) * std::abs(towards[a])) : 0.0f;
     }
-    Row h;
-    std::array<Row, 3> dissipation{};
-    const auto point = [&](float of_minus, float of_plus) __attribute__((always_inline)) {
+    using Slopes = std::array<Row, 3>;
+    // Makes slopes as large as those at a place between the differences, from 0 to 1 along each axis.
+    // \returns H there.
+    const auto point = [&](float x, float y, float z, Slopes& largest) __attribute__((always_inline)) {
+        const std::array<float, 3> at{x, y, z};
+        Row value;
         for (std::size_t n = 0; n < kLanes; ++n) {
             float p[3], squares = 0.0f, facing_part = 0.0f;
             for (std::size_t a = 0; a < 3; ++a) {
-                p[a] = (of_minus * d[a].minus[n] + of_plus * d[a].plus[n]) * inv_dx;
+                p[a] = ((1.0f - at[a]) * d[a].minus[n] + at[a] * d[a].plus[n]) * inv_dx;
                 squares += p[a] * p[a];
                 facing_part += p[a] * towards[a];
             }
@@ -165,14 +169,22 @@ inline Row beam_row(const std::array<OneSided, 3>& d, float inv_dx, const Vec3& 
                 const float share = 0.5f + facing_part * inverse * steep[a];
                 const float slope = facing[n] * towards[a] * std::min(std::max(share, 0.0f), 1.0f) +
                                     always[n] * p[a] * inverse;
-                dissipation[a][n] = std::max(dissipation[a][n], std::abs(slope));
+                largest[a][n] = std::max(largest[a][n], std::abs(slope));
             }
-            h[n] = facing[n] * std::max(facing_part, 0.0f) + always[n] * std::sqrt(squares);
+            value[n] = facing[n] * std::max(facing_part, 0.0f) + always[n] * std::sqrt(squares);
         }
+        return value;
     };
-    point(1.0f, 0.0f);
-    point(0.0f, 1.0f);
-    point(0.5f, 0.5f);  // the last, whose H counts
+    Slopes middle{}, dissipation{};
+    Row h = point(0.5f, 0.5f, 0.5f, middle);
+    // The mean of all four diagonals between the differences: a mirrored wafer swaps them.
+    for (const auto& [y, z] : {std::pair(0.0f, 0.0f), {1.0f, 0.0f}, {0.0f, 1.0f}, {1.0f, 1.0f}}) {
+        Slopes largest = middle;
+        point(0.0f, y, z, largest);
+        point(1.0f, 1.0f - y, 1.0f - z, largest);
+        for (std::size_t a = 0; a < 3; ++a)
+            for (std::size_t n = 0; n < kLanes; ++n) dissipation[a][n] += 0.25f * largest[a][n];
+    }
     for (std::size_t a = 0; a < 3; ++a)
         for (std::size_t n = 0; n < kLanes; ++n)
             h[n] -= 0.5f * dissipation[a][n] * (d[a].plus[n] - d[a].minus[n]) * inv_dx;

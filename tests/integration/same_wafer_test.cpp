@@ -151,7 +151,8 @@ TEST_CASE(
     const std::string step =
         GENERATE(as<std::string>(), "model = \"isotropic\"\nduration = 1.0\nrate = 0.3\ndeposit = \"SiO2\"\n",
                  "model = \"isotropic\"\nduration = 1.0\nrate = { Si = -0.5 }\n",
-                 "model = \"directional\"\nduration = 1.0\ndirectional = -0.4\n");
+                 "model = \"directional\"\nduration = 1.0\ndirectional = -0.4\n",
+                 "model = \"directional\"\nduration = 1.0\ndirectional = -0.4\nisotropic = { Si = -0.15 }\n");
     figures(folder, "[domain]\nextent = [4.0]\ngrid_spacing = 0.1\n[[layer]]\nmaterial = \"Si\"\n" + wafer +
                         "[[step]]\n" + step + "[output]\nprofiles = [\"y=0\"]\n");
     for (const char* name : {"out/profile_0000.csv", "out/profile_0001.csv"}) {
