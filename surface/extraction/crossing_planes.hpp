@@ -38,11 +38,10 @@ inline double chord(double a, double b, double on_node) {
 
 /// A plane of the surface at an edge of the grid.
 struct CrossingPlane {
-    double at = 0.0;  ///< where the edge is crossed, 0 at its low node, 1 at the high one
-    Vec3 normal =
-        Vec3::Zero();     ///< unit length, out of the material; zero on an edge of the surface, or if unknown
-    double defect = 0.0;  ///< how far the values around are from those of a plane: 0 for one
-    bool on_edge = false;  ///< of the surface: two planes cross there
+    double at = 0.0;             ///< where the edge is crossed, 0 at its low node, 1 at the high one
+    Vec3 normal = Vec3::Zero();  ///< unit length, out of the material; zero if on_edge, or unknown
+    double defect = 0.0;         ///< how far the values around are from those of a plane: 0 for one
+    bool on_edge = false;        ///< two planes of the surface cross there
 };
 
 /// The plane by differences of one side: a distance has a kink at the planes that halve the angle of an edge, and differences

@@ -152,7 +152,9 @@ class Improver {
     TetComplex& mesh_;
     std::span<const Front> fronts_;
     const TetOptions& options_;
-    bool forced_ = false;  // what is within the slack may also change the fronts' connections
+    // What is within the slack may also change the fronts' connections, and vertices on lines between fronts
+    // may move by the tolerance.
+    bool forced_ = false;
 };
 
 // Whether the faces between regions around a vertex still pass it within the slack once it is merged.
@@ -234,7 +236,8 @@ std::optional<Vec3> Improver::on_place(const Place& place, const Vec3& p) const 
 
 bool Improver::move(std::uint32_t v) {
     const Place place = mesh_.place(v);
-    if (place.regions.size() > 2 || place.freedom() == 0) return false;
+    const bool on_line = place.regions.size() > 2;
+    if ((on_line && !forced_) || place.freedom() == 0) return false;
     const Vec3 start = mesh_.point[v];
     double shortest = 1e300;
     for (const std::uint32_t t : mesh_.around[v])
@@ -251,7 +254,8 @@ bool Improver::move(std::uint32_t v) {
             if ((place.sides >> (2 * axis) & 3) != 0) continue;
             Vec3 p = here;
             p[axis] += d % 2 == 0 ? step : -step;
-            const std::optional<Vec3> q = on_place(place, p);
+            if (on_line && (p - start).norm() > options_.tolerance) continue;
+            const std::optional<Vec3> q = on_line ? p : on_place(place, p);
             if (!q || !options_.box.min.cwiseMax(*q).isApprox(*q, 0.0) ||
                 !options_.box.max.cwiseMin(*q).isApprox(*q, 0.0))
                 continue;

@@ -139,7 +139,7 @@ TEST_CASE(
 
 TEST_CASE("no tooth of the mask hangs into the scallops of a Bosch etch", "[slow]") {
     // Silicon below z = 0, and none of the mask there. In sections a tooth of 0.6 to 0.9 cells is left at
-    // about one seed in 14 (7 of 96), where noise wears the polymer at the mask's edge to less than a film.
+    // about one seed in 14 (7 of 96); its cause is not known.
     int with_tooth = 0;
     for (std::int64_t seed = 1; seed <= 8; ++seed) {
         Recipe recipe = quick("bosch_hole");

@@ -66,12 +66,12 @@ std::vector<T> vtu_array(const std::string& file, const std::string& name) {
     return values;
 }
 
-void check_device(const app::Device& device, const app::Result& result, bool gas, double least_deg) {
+void check_device(const app::Device& device, const app::Result& result, bool gas) {
     const TetMesh& mesh = device.mesh;
     Box3 box = bounding_box(result.surface);
     box.min.z() = device.bottom;
     for (const Vec3& p : mesh.vertices) box.max.z() = std::max(box.max.z(), p.z());
-    test::check_tets(mesh, box, !gas, least_deg);
+    test::check_tets(mesh, box, !gas);
     const TetQuality quality = measure_tets(mesh);
     for (std::size_t r = 0; r < mesh.regions.size(); ++r) {
         CAPTURE(mesh.regions[r]);
@@ -118,10 +118,10 @@ json read_by_vtk(const test::Folder& folder, const std::string& file) {
     return json::parse(read.output);
 }
 
-void check_result(const std::filesystem::path& folder, double spacing, bool gas, double least_deg = 5.0) {
+void check_result(const std::filesystem::path& folder, double spacing, bool gas) {
     CHECK(app::load_frame(folder / "recipe.toml").domain.grid_spacing == spacing);
     const app::Result result = app::read_result(folder);
-    check_device(app::make_device(result, spacing, {.gas = gas}), result, gas, least_deg);
+    check_device(app::make_device(result, spacing, {.gas = gas}), result, gas);
 }
 
 }  // namespace
@@ -153,8 +153,7 @@ TEST_CASE("thin films, worn masks and a few cells of polymer keep their volumes 
         std::pair("ion_beam_trench", 0.025), std::pair("oxide_nitride_stack", 5.0));
     const test::Folder folder;
     run_recipe(folder, recipe);
-    // 4.96 degrees in one tetrahedron of finfet.
-    check_result(folder.path / "run", spacing, false, std::string_view(recipe) == "finfet" ? 4.9 : 5.0);
+    check_result(folder.path / "run", spacing, false);
 }
 
 TEST_CASE("the files of tetrahedra hold what was made, and VTK and Gmsh read their own", "[slow]") {
