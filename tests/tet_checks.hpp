@@ -37,13 +37,13 @@ inline std::vector<FaceAt> faces_of(const TetMesh& mesh) {
     return faces;
 }
 
-/// All tetrahedra have a positive volume, and angles between faces over \p least_deg; each face is of two, or of one and
+/// All tetrahedra have a positive volume, and angles between faces over 5 degrees; each face is of two, or of one and
 /// then on the box to the last bit or, if \p open, on the surface.
 /// \returns the number of faces on the surface.
-inline std::size_t check_tets(const TetMesh& mesh, const Box3& box, bool open, double least_deg = 5.0) {
+inline std::size_t check_tets(const TetMesh& mesh, const Box3& box, bool open) {
     const TetQuality quality = measure_tets(mesh);
     CHECK(quality.inverted == 0);
-    CHECK(quality.least_dihedral_deg > least_deg);
+    CHECK(quality.least_dihedral_deg > 5.0);
     std::size_t shared_by_more = 0, inside = 0;
     for (const auto& [face, regions] : faces_of(mesh)) {
         if (regions.size() > 2) ++shared_by_more;
