@@ -97,6 +97,7 @@ std::shared_ptr<TriangleMesh> StepObject::surface(std::optional<int> around) {
         surface_ = std::make_shared<TriangleMesh>(
             app::result_mesh(m.model, m.state.stack, *m.surface,
                              levelset::extract_materials(m.state.stack, m.surface->raw).surface));
+        app::widen_to_strip(simulation_->recipe(), *surface_);
     }
     return surface_;
 }
@@ -104,7 +105,9 @@ std::shared_ptr<TriangleMesh> StepObject::surface(std::optional<int> around) {
 std::shared_ptr<TriangleMesh> StepObject::traced() {
     const app::Moment& m = moment("traced()");
     if (!m.surface->arriving || !m.surface->arriving->trace) return nullptr;
-    return std::make_shared<TriangleMesh>(app::traced_mesh(m.model, *m.surface));
+    auto mesh = std::make_shared<TriangleMesh>(app::traced_mesh(m.model, *m.surface));
+    app::widen_to_strip(simulation_->recipe(), *mesh);
+    return mesh;
 }
 
 py::dict StepObject::measures() {
@@ -136,9 +139,10 @@ py::list StepObject::layers() {
     py::list layers;
     for (std::size_t k = 0; k < m.state.stack.layers.size(); ++k) {
         const int id = m.state.stack.layers[k].material;
-        layers.append(py::make_tuple(
-            simulation_->recipe().materials[static_cast<std::size_t>(id)].name,
-            std::make_shared<TriangleMesh>(app::interface_mesh(std::move(meshes.interfaces[k]), id))));
+        auto mesh = std::make_shared<TriangleMesh>(app::interface_mesh(std::move(meshes.interfaces[k]), id));
+        app::widen_to_strip(simulation_->recipe(), *mesh);
+        layers.append(py::make_tuple(simulation_->recipe().materials[static_cast<std::size_t>(id)].name,
+                                     std::move(mesh)));
     }
     return layers;
 }
@@ -161,6 +165,11 @@ Simulation::Simulation(std::shared_ptr<app::Recipe> recipe, app::RunOptions opti
       options_(std::move(options)),
       law_(std::move(law)),
       folder_(std::move(folder)) {
+    if (!law_.is_none() && recipe_->domain.strip == app::Strip::profile) {  // the law may ask for y
+        recipe_ = std::make_shared<app::Recipe>(*recipe_);
+        recipe_->domain.strip = app::Strip::space;
+        began_with_ = recipe_;
+    }
     options_.quiet = true;
     options_.stop = [this] { return stop_.load(); };
     options_.observe = [this](const app::Moment& moment) { observe(moment); };

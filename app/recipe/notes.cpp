@@ -145,24 +145,12 @@ bool steps_can_be(const Recipe& recipe, const DomainSection& domain, const CanBe
 
 // Proposes a profile where the wafer is the same at all y, and says how to write it.
 std::string profile_note(const Recipe& recipe) {
-    DomainSection domain = recipe.domain;
-    domain.extent[1] = 0.0;
-    const auto runs_along_y = [&](const Layer& layer) {
-        try {
-            refuse_ends_along_y(layer, domain.grid_spacing);
-        } catch (const KeyError&) {
-            return false;
-        }
-        return true;
-    };
     const bool across = surface::parse_plane(recipe.metrology.cut).normal.y() == 0.0;
-    if (across || !std::ranges::all_of(recipe.layers, runs_along_y) ||
-        !steps_can_be(recipe, domain, runs_along_y))
-        return {};
+    if (across || !is_same_along_y(recipe)) return {};
     return fmt::format(
         "All is the same along y: extent = [{:g}] in [domain] makes it a profile in x and z, one cell wide in place of "
         "{}, and its volumes areas.",
-        domain.extent[0], domain_of(recipe).cells[1]);
+        recipe.domain.extent[0], domain_of(recipe).cells[1]);
 }
 
 // Proposes a profile in r and z where the wafer is round about its middle, and says how to write it.
@@ -210,6 +198,11 @@ std::vector<std::string> notes_on(const Recipe& recipe) {
 }
 
 std::string cheaper_form(const Recipe& recipe) {
+    if (recipe.domain.strip == Strip::profile)
+        return fmt::format(
+            "The strip of {:g} {} is the same along y and runs as a profile in x and z; strip = \"space\" in [domain] "
+            "runs it in space.",
+            recipe.domain.extent[1], recipe.domain.length_unit);
     if (is_flat(recipe.domain) || !recipe.start.from.empty()) return {};
     const std::string profile = profile_note(recipe);
     return profile.empty() ? round_note(recipe) : profile;

@@ -99,7 +99,7 @@ void read_domain(const toml::table& root, Recipe& recipe) {
                           "larger spacing",
                           extent / domain.grid_spacing, extent, kMostAlong);
     });
-    if (is_flat(domain) && !is_axial(domain)) recipe.domain.boundary[1] = levelset::Side::periodic;
+    if (domain.extent[1] == 0.0 && !is_axial(domain)) recipe.domain.boundary[1] = levelset::Side::periodic;
     try {
         const levelset::Domain grid = domain_of(recipe);
         if (std::max(grid.cells[0], grid.cells[1]) < kFewestAlong)
@@ -334,6 +334,7 @@ Recipe parse_recipe(std::string_view text, const std::string& file,
     });
     read_metrology(root, recipe);
     check_stops(root, recipe.steps, "step", recipe, materials_by_step(recipe));
+    if (runs_as_profile(recipe)) recipe.domain.strip = Strip::profile;
     return recipe;
 }
 
@@ -354,8 +355,12 @@ Recipe load_frame(const std::filesystem::path& path) {
 levelset::Domain domain_of(const Recipe& recipe) {
     const DomainSection& domain = recipe.domain;
     std::array<double, 2> extent = domain.extent;
-    if (is_flat(domain)) extent[1] = extent[0] / std::max(1.0, std::round(extent[0] / domain.grid_spacing));
-    levelset::Domain grid = levelset::make_domain(extent, domain.grid_spacing, domain.boundary);
+    std::array<levelset::Side, 2> sides = domain.boundary;
+    if (is_flat(domain)) {
+        extent[1] = extent[0] / std::max(1.0, std::round(extent[0] / domain.grid_spacing));
+        if (!is_axial(domain)) sides[1] = levelset::Side::periodic;
+    }
+    levelset::Domain grid = levelset::make_domain(extent, domain.grid_spacing, sides);
     if (is_axial(domain)) {
         grid.side[1] = levelset::Side::periodic;
         grid.min[0] = 0.0, grid.max[0] = extent[0];

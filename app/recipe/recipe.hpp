@@ -22,12 +22,16 @@ struct Model;
 
 enum class Symmetry : std::uint8_t { none, axial };
 
+/// How a wafer is run that is a thin strip along y.
+enum class Strip : std::uint8_t { automatic, profile, space };
+
 struct DomainSection {
     std::array<double, 2> extent{};  ///< lateral x, y lengths, centred on 0
     double grid_spacing = 0.0;       ///< as wanted; domain_of() rounds it
     std::optional<double> padding;   ///< around layouts; absent in a parsed recipe, whose extent includes it
     std::array<levelset::Side, 2> boundary{levelset::Side::reflective, levelset::Side::reflective};
     Symmetry symmetry = Symmetry::none;
+    Strip strip = Strip::automatic;  ///< in a parsed recipe profile wherever that is what automatic comes to
     std::string length_unit = "um";
     std::string time_unit = "s";
     bool operator==(const DomainSection&) const = default;

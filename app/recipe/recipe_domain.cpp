@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
+#include "app/models/model.hpp"
 #include "app/recipe/layers.hpp"
 #include "levelset/layers/levels.hpp"
 
@@ -35,7 +37,7 @@ bool divides_by(int levels, const DomainSection& domain, const std::string& spac
 }  // namespace
 
 bool is_flat(const DomainSection& domain) {
-    return domain.extent[1] == 0.0;
+    return domain.extent[1] == 0.0 || domain.strip == Strip::profile;
 }
 
 bool is_axial(const DomainSection& domain) {
@@ -44,7 +46,7 @@ bool is_axial(const DomainSection& domain) {
 
 void check_symmetry(const DomainSection& domain) {
     if (!is_axial(domain)) return;
-    if (!is_flat(domain))
+    if (domain.extent[1] != 0.0)
         throw KeyError(
             "extent",
             "symmetry = \"axial\" asks for one number, the radius: for a square array of holes 0.564 times their "
@@ -55,12 +57,60 @@ void check_symmetry(const DomainSection& domain) {
             "a round wafer ends at a mirror: drop this, or symmetry = \"axial\" and give extent two numbers");
 }
 
+bool is_same_along_y(const Recipe& recipe) {
+    const double spacing = recipe.domain.grid_spacing;
+    const auto has_no_end = [&](const Layer& layer) {
+        try {
+            refuse_ends_along_y(layer, spacing);
+        } catch (const KeyError&) {
+            return false;
+        }
+        return true;
+    };
+    return std::ranges::all_of(recipe.layers, has_no_end) &&
+           std::ranges::all_of(expanded_steps(recipe), [&](const Step& step) {
+               if (step.built && step.built->depends_on_position) return false;
+               return !find_model(step.model)->patterned || has_no_end(step.pattern);
+           });
+}
+
+bool runs_as_profile(const Recipe& recipe) {
+    constexpr double kMostCells = 8.5;  // as grid_spacing says, before it is rounded
+    const DomainSection& domain = recipe.domain;
+    if (domain.strip != Strip::automatic) return domain.strip == Strip::profile;
+    if (is_flat(domain) || domain.extent[1] > domain.extent[0] ||
+        domain.extent[1] > kMostCells * domain.grid_spacing)
+        return false;
+    if (recipe.grid.levels && *recipe.grid.levels > 1.0) return false;
+    const auto along_y = [](const std::string& plane) {
+        return surface::parse_plane(plane).normal.y() == 0.0;
+    };
+    const auto is_rough = [](const std::string& name) {
+        return name.starts_with("ler_at_") || name.starts_with("lwr_at_");
+    };
+    if (along_y(recipe.metrology.cut) || std::ranges::any_of(recipe.output.profiles, along_y) ||
+        std::ranges::any_of(recipe.metrology.measures, is_rough) || !is_same_along_y(recipe))
+        return false;
+    if (recipe.start.from.empty()) return true;
+    return load_frame(std::filesystem::path(recipe.start.from) / "recipe.toml").domain.strip ==
+           Strip::profile;
+}
+
 double width_of_strip(const Recipe& recipe) {
-    return is_flat(recipe.domain) && !is_axial(recipe.domain) ? domain_of(recipe).spacing : 1.0;
+    if (!is_flat(recipe.domain) || is_axial(recipe.domain)) return 1.0;
+    const double cell = domain_of(recipe).spacing, width = recipe.domain.extent[1];
+    return width > 0.0 ? cell / width : cell;
 }
 
 std::string volume_unit(const Recipe& recipe) {
-    return recipe.domain.length_unit + (is_flat(recipe.domain) && !is_axial(recipe.domain) ? "^2" : "^3");
+    return recipe.domain.length_unit +
+           (recipe.domain.extent[1] == 0.0 && !is_axial(recipe.domain) ? "^2" : "^3");
+}
+
+void widen_to_strip(const Recipe& recipe, TriangleMesh& mesh) {
+    if (recipe.domain.strip != Strip::profile) return;
+    const double cells = recipe.domain.extent[1] / domain_of(recipe).spacing;
+    for (Vec3& vertex : mesh.vertices) vertex.y() *= cells;
 }
 
 void refuse_ends_along_y(const Layer& layer, double spacing) {

@@ -3,11 +3,13 @@
 
 #include "app/recipe/recipe.hpp"
 #include "levelset/domain.hpp"
+#include "surface/triangle_mesh.hpp"
 
-// Profiles in x and z: `extent = [10.0]`. The grid is one cell wide along y, and periodic there.
+// Profiles in x and z: `extent = [10.0]`, or a strip that is run as one. The grid is one cell wide along y,
+// and periodic there.
 namespace sidewall::app {
 
-/// Whether the domain has an extent along x alone.
+/// Whether the wafer is run as a profile.
 bool is_flat(const DomainSection& domain);
 
 /// Whether it is that of a round wafer, see DomainSection::symmetry.
@@ -17,7 +19,17 @@ bool is_axial(const DomainSection& domain);
 /// \throws KeyError saying what would work.
 void check_symmetry(const DomainSection& domain);
 
-/// The divisor of volumes: the domain's width along y for a profile, which makes areas of them, unless it is a round wafer's; else 1.
+/// Whether layers and patterns have no end along y, no layout says where they have, and no rate is of a position.
+bool is_same_along_y(const Recipe& recipe);
+
+/// Whether a parsed recipe's wafer is a strip that [domain] strip lets run as a profile.
+bool runs_as_profile(const Recipe& recipe);
+
+/// Stretches a profile's mesh along y to the width of the strip that is run as that profile, if it is.
+void widen_to_strip(const Recipe& recipe, TriangleMesh& mesh);
+
+/// The divisor of volumes: for a profile, but a round wafer's, its width along y, which makes areas of them; for a strip
+/// that is run as one, that width in widths of the strip; else 1.
 double width_of_strip(const Recipe& recipe);
 
 /// The unit of a volume after that division.

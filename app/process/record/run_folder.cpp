@@ -12,6 +12,7 @@
 #include "app/process/record/saved_meshes.hpp"
 #include "app/process/record/summary.hpp"
 #include "app/recipe/effective_recipe.hpp"
+#include "app/recipe/recipe_domain.hpp"
 #include "surface/cut.hpp"
 #include "surface/files/file.hpp"
 #include "surface/files/mesh_io.hpp"
@@ -292,7 +293,8 @@ void RunFolder::write_meshes(RunState& state, const Model& model, const TracedSu
                              const std::string& after) {
     const auto meta = metadata_of(recipe_, state.process_time());
     int part = 0;
-    const auto write = [&](const std::string& name, const TriangleMesh& mesh) {
+    const auto write = [&](const std::string& name, TriangleMesh mesh) {
+        widen_to_strip(recipe_, mesh);
         surface::write_mesh(options_.output / name, mesh, meta);
         state.files.push_back({state.process_time(), part++, name, after});
     };
@@ -307,9 +309,8 @@ void RunFolder::write_meshes(RunState& state, const Model& model, const TracedSu
     list(names);
     write("surface_" + number + ".vtp", result_mesh(model, state.stack, surface, std::move(meshes.surface)));
     for (std::size_t k = 0; k < meshes.interfaces.size(); ++k) {
-        const TriangleMesh mesh =
-            interface_mesh(std::move(meshes.interfaces[k]), state.stack.layers[k].material);
-        if (!mesh.triangles.empty()) write(fmt::format("interface_{}_{}.vtp", number, k), mesh);
+        TriangleMesh mesh = interface_mesh(std::move(meshes.interfaces[k]), state.stack.layers[k].material);
+        if (!mesh.triangles.empty()) write(fmt::format("interface_{}_{}.vtp", number, k), std::move(mesh));
     }
     if (surface.simplified) write("traced_" + number + ".vtp", traced_mesh(model, surface));
 }

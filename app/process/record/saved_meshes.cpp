@@ -148,6 +148,8 @@ Result wafer_result(const Recipe& recipe, const levelset::MaterialStack& stack, 
         if (!meshes.interfaces[k].triangles.empty())
             result.interfaces.push_back(
                 interface_mesh(std::move(meshes.interfaces[k]), stack.layers[k].material));
+    widen_to_strip(recipe, result.surface);
+    for (TriangleMesh& mesh : result.interfaces) widen_to_strip(recipe, mesh);
     return result;
 }
 
