@@ -14,8 +14,8 @@ std::vector<std::string> notes_on(const Recipe& recipe);
 /// does not meet, and stop conditions that no wafer of it meets.
 std::vector<std::string> idle_parts(const Recipe& recipe);
 
-/// That a strip runs as a profile; or what would be cheaper for a wafer in space that is the same along y, or round about its
-/// middle: the keys to write; else empty.
+/// What a user should know of a wafer that is the same along y or round about its middle: that it runs as a profile, or
+/// the keys to write for that; else empty.
 std::string cheaper_form(const Recipe& recipe);
 
 }  // namespace sidewall::app

@@ -92,6 +92,8 @@ void read_domain(const toml::table& root, Recipe& recipe) {
         if (domain.padding)
             throw KeyError("padding", "is of extent = \"gds\" or [cut]: drop it, or that extent's numbers");
         check_symmetry(domain);
+        if (domain.strip == Strip::profile && domain.extent[1] == 0.0)
+            throw KeyError("strip", "\"profile\" is of a wafer with two extents: drop it");
         for (const double extent : domain.extent)
             if (extent / domain.grid_spacing > kMostAlong)
                 raise_key("grid_spacing",

@@ -116,9 +116,10 @@ void widen_to_strip(const Recipe& recipe, TriangleMesh& mesh) {
 void refuse_ends_along_y(const Layer& layer, double spacing) {
     const auto refuse = [&](const char* key, const std::string& what, const char* instead) {
         throw KeyError(
-            key, fmt::format("{}, but domain.extent has one number and the wafer is the same at all y: {}, "
-                             "or give domain.extent two",
-                             what, instead));
+            key, fmt::format(
+                     "{}, but the wafer runs as a profile, the same at all y: {}, or give domain.extent two "
+                     "numbers and no strip = \"profile\"",
+                     what, instead));
     };
     const std::string& shape = layer.shape;
     if (shape == "hole") refuse("shape", "a hole is round", "use a trench");

@@ -113,15 +113,14 @@ double measure_flats(const Profile& surface, const Profile& below, double beside
 
 ProfileSpan span_of_profile(const Profile& profile) {
     ProfileSpan span;
-    profile.each_segment([&](const Vec3& p, const Vec3& q) {
-        for (const Vec3* end : {&p, &q}) {
-            const double at = end->dot(profile.along);
+    for (const surface::Polyline& line : profile.lines)
+        for (const Vec3& p : line.points) {
+            const double at = p.dot(profile.along);
             span.left = std::min(span.left, at);
             span.right = std::max(span.right, at);
-            span.floor = std::min(span.floor, end->z());
-            span.crest = std::max(span.crest, end->z());
+            span.floor = std::min(span.floor, p.z());
+            span.crest = std::max(span.crest, p.z());
         }
-    });
     return span;
 }
 

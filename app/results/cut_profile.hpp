@@ -23,9 +23,8 @@ struct Profile {
     template <class Use>
     void each_segment(Use&& use) const {
         for (const auto& line : lines) {
-            const std::size_t n = line.points.size();
-            for (std::size_t k = 0; k + 1 < n + (line.closed ? 1 : 0); ++k)
-                use(line.points[k], line.points[(k + 1) % n]);
+            for (std::size_t k = 1; k < line.points.size(); ++k) use(line.points[k - 1], line.points[k]);
+            if (line.closed && !line.points.empty()) use(line.points.back(), line.points.front());
         }
     }
 };

@@ -5,6 +5,7 @@
 #include "app/process/simulation.hpp"
 #include "app/recipe/effective_recipe.hpp"
 #include "surface/error.hpp"
+#include "surface/files/mesh_io.hpp"
 #include "tests/integration/run_program.hpp"
 
 // Profiles in x and z: extent = [10.0].
@@ -122,6 +123,61 @@ TEST_CASE("radiosity and tracing agree on a strip") {
     // The whole film: its noise is 0.05 % then. On a grid as coarse, linear elements add 0.3 % at the
     // corners.
     CHECK(with("radiosity", "1") == Approx(with("monte-carlo", "2")).epsilon(0.005));
+}
+
+TEST_CASE("a thin strip that is the same along y is the profile, with the files and volumes of the strip") {
+    const test::Folder folder;
+    const std::string text = kFlatWafer + kFlatStep + kFew + "[output]\nprofiles = [\"y=0\"]\n";
+    const auto run = [&](const std::string& name, const std::vector<std::string>& settings) {
+        return run_recipe(parse_recipe(text, "strip.toml", settings),
+                          {.output = folder.path / name, .quiet = true})
+            .summary;
+    };
+    const std::string two = "domain.extent=[4, 1]";
+    const Json flat = run("flat", {}), strip = run("strip", {two}),
+               space = run("space", {two, "domain.strip=\"space\""});
+    CHECK(strip["volume_unit"] == "um^3");
+    CHECK(flat["volume_unit"] == "um^2");
+    CHECK(strip["timing"].size() == flat["timing"].size());
+    const auto added = [](const Json& json) { return json["metrology"]["added_volume_SiO2"].get<double>(); };
+    CHECK(added(strip) == Approx(added(flat)).epsilon(1e-12));  // 1 um wide
+    CHECK(added(strip) == Approx(added(space)).epsilon(0.05));
+    const auto profile = [&](const std::string& name) {
+        return test::read_bytes(folder.path / name / "profile_0001.csv");
+    };
+    CHECK(profile("strip") == profile("flat"));
+    const auto box = [&](const std::string& file) {
+        return bounding_box(surface::read_mesh(folder.path / file));
+    };
+    for (const char* file :
+         {"strip/surface_0001.vtp", "strip/interface_0001_0.vtp", "space/surface_0001.vtp"}) {
+        CAPTURE(file);
+        CHECK(box(file).min.y() == Approx(-0.5));
+        CHECK(box(file).max.y() == Approx(0.5));
+    }
+    // Its copy of the recipe says so, and another run can start from it.
+    CHECK(load_recipe(folder.path / "strip/recipe.toml").domain ==
+          parse_recipe(text, "strip.toml", {two}).domain);
+    const std::string start = "[domain]\nextent = [4.0, 1.0]\ngrid_spacing = 0.25\n[start]\nfrom = \"";
+    for (const char* from : {"strip", "space"}) {
+        const Recipe next =
+            parse_recipe(start + (folder.path / from).string() + "\"\n" + kFlatStep, "next.toml");
+        CHECK((next.domain.strip == Strip::profile) == (from == std::string("strip")));
+        CHECK_NOTHROW(
+            run_recipe(next, {.output = folder.path / (std::string("from_") + from), .quiet = true}));
+    }
+    // What asks for more than a profile runs in space.
+    const auto is_profile = [&](const std::vector<std::string>& settings, const std::string& more = "") {
+        return parse_recipe(kFlatWafer + more + kFlatStep, "flat.toml", settings).domain.strip ==
+               Strip::profile;
+    };
+    CHECK(is_profile({"domain.extent=[4, 2]"}));
+    CHECK_FALSE(is_profile({"domain.extent=[4, 2.5]"}));
+    CHECK_FALSE(is_profile({two, "metrology.cut=\"x=0\""}));
+    CHECK_FALSE(is_profile({two, "output.profiles=[\"x=0\"]"}));
+    CHECK_FALSE(is_profile({two}, "[[layer]]\nsubtract = true\nshape = \"sphere\"\nradius = 1.0\n"));
+    CHECK(refusal(kFlatWafer + "[[layer]]\nsubtract = true\nshape = \"sphere\"\nradius = 1.0\n" + kFlatStep)
+              .find("no strip") != std::string::npos);
 }
 
 TEST_CASE("commands know profiles: areas, a section for a picture, a cut for a file, resuming, sweeping") {

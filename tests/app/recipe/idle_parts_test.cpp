@@ -85,11 +85,18 @@ TEST_CASE("a fill below the wafer and stops that nothing meets are noted") {
 }
 
 TEST_CASE("a wafer in space that is the same along y, or round, is told what would be cheaper") {
-    const auto note = [](const std::string& rest) {
-        return cheaper_form(parse_recipe(kIdleDomain + rest + kEtch + "rate = -0.1\n", "strip.toml"));
+    const auto form = [](const std::string& rest, const std::vector<std::string>& settings) {
+        return cheaper_form(
+            parse_recipe(kIdleDomain + rest + kEtch + "rate = -0.1\n", "strip.toml", settings));
     };
-    CHECK_THAT(note(""), Contains("extent = [2] in [domain] makes it a profile"));
-    CHECK_THAT(note("shape = \"trench\"\nwidth = 0.8\ndepth = 0.5\n"), Contains("in place of 4"));
+    const auto note = [&](const std::string& rest) { return form(rest, {}); };
+    CHECK_THAT(note(""), Contains("The strip of 0.4 um is the same along y and runs as a profile"));
+    const std::vector<std::string> in_space = {"domain.strip=\"space\""}, wider = {"domain.extent=[2, 1]"};
+    CHECK_THAT(form("", in_space), Contains("extent = [2] in [domain] makes it a profile"));
+    CHECK_THAT(form("shape = \"trench\"\nwidth = 0.8\ndepth = 0.5\n", in_space), Contains("in place of 4"));
+    CHECK_THAT(form("", wider), Contains("in place of 10"));
+    CHECK(form("[grid]\nlevels = 1\n[metrology]\nmeasures = [\"lwr_at_0.1\"]\n", {}).find("runs as") ==
+          std::string::npos);
     CHECK(note("shape = \"box\"\nsize = [0.8, 0.2]\nheight = 0.5\n").empty());
     CHECK(note("[metrology]\ncut = \"x=0\"\n").empty());
     const std::string square =
