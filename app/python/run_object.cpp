@@ -160,20 +160,20 @@ py::list StepObject::profile(const std::string& plane) {
 
 Simulation::Simulation(std::shared_ptr<app::Recipe> recipe, app::RunOptions options, py::object law,
                        py::object folder)
-    : recipe_(std::move(recipe)),
-      began_with_(recipe_),
-      options_(std::move(options)),
-      law_(std::move(law)),
-      folder_(std::move(folder)) {
-    if (!law_.is_none() && recipe_->domain.strip == app::Strip::profile) {  // the law may ask for y
-        recipe_ = std::make_shared<app::Recipe>(*recipe_);
-        recipe_->domain.strip = app::Strip::space;
-        began_with_ = recipe_;
-    }
+    : options_(std::move(options)), law_(std::move(law)), folder_(std::move(folder)) {
+    began_with_ = recipe_ = as_run(std::move(recipe));
     options_.quiet = true;
     options_.stop = [this] { return stop_.load(); };
     options_.observe = [this](const app::Moment& moment) { observe(moment); };
     if (!law_.is_none()) options_.speeds = speeds_by(law_, *began_with_);
+}
+
+// A caller's law may ask for y: then a strip is no profile.
+std::shared_ptr<app::Recipe> Simulation::as_run(std::shared_ptr<app::Recipe> recipe) const {
+    if (law_.is_none() || recipe->domain.strip != app::Strip::profile) return recipe;
+    auto in_space = std::make_shared<app::Recipe>(*recipe);
+    in_space->domain.strip = app::Strip::space;
+    return in_space;
 }
 
 // In the run's thread.
@@ -208,6 +208,7 @@ void Simulation::observe(const app::Moment& moment) {
 }
 
 void Simulation::revise(std::shared_ptr<app::Recipe> recipe) {
+    recipe = as_run(std::move(recipe));
     if (!thread_.joinable()) {  // nothing has begun
         began_with_ = recipe_ = std::move(recipe);
         if (!law_.is_none()) options_.speeds = speeds_by(law_, *began_with_);

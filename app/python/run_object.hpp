@@ -72,6 +72,7 @@ class Simulation : public std::enable_shared_from_this<Simulation> {
     void run();
     void observe(const app::Moment& moment);
     void resume_and_wait();
+    std::shared_ptr<app::Recipe> as_run(std::shared_ptr<app::Recipe> recipe) const;
 
     std::shared_ptr<app::Recipe> recipe_;  // in force
     std::shared_ptr<const app::Recipe> began_with_;

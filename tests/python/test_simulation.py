@@ -28,6 +28,10 @@ TRENCH = {
 }
 
 
+def in_space(wafer):
+    return wafer | {"domain": wafer["domain"] | {"strip": "space"}}
+
+
 def test_a_recipe_reads_the_same_from_a_file_a_text_and_a_dict():
     path = CONFIGS / "quick" / "isotropic_deposition.toml"
     of_file, of_text = sidewall.Recipe(path), sidewall.Recipe(path.read_text())
@@ -151,6 +155,16 @@ def test_a_run_that_was_left_goes_on_with_the_same_bits(tmp_path):
         list(sidewall.Simulation(PLANE, tmp_path / "parts"))
 
 
+def test_a_strip_runs_as_a_profile_and_its_meshes_are_as_wide_as_the_strip(tmp_path):
+    strip, space = (sidewall.Simulation(wafer, tmp_path / name)
+                    for name, wafer in {"strip": TRENCH, "space": in_space(TRENCH)}.items())
+    for run in strip, space:
+        last = list(run)[-1]
+        for mesh in last.surface(), last.traced(), last.layers()[0][1]:
+            assert np.allclose([mesh.points[:, 1].min(), mesh.points[:, 1].max()], [-0.25, 0.25])
+    assert sidewall.Recipe(TRENCH)["domain.strip"] == "profile"
+
+
 def test_a_law_in_python_gives_the_bits_of_its_built_in_twin(tmp_path):
     calls = []
 
@@ -161,7 +175,7 @@ def test_a_law_in_python_gives_the_bits_of_its_built_in_twin(tmp_path):
         assert (points.material != points.materials["Mask"]).all()
         return 1.0 * points.fluxes["neutral"]
 
-    own = list(sidewall.Simulation(TRENCH, tmp_path / "own"))
+    own = list(sidewall.Simulation(in_space(TRENCH), tmp_path / "own"))
     twin = list(sidewall.Simulation(TRENCH, tmp_path / "twin", law=law))
     assert (own[-1].surface().points == twin[-1].surface().points).all()
     assert (tmp_path / "own" / "timeline.csv").read_bytes() == (tmp_path / "twin" / "timeline.csv").read_bytes()
