@@ -26,6 +26,7 @@ void add_noise(const TraceReport& trace, double dt, StepNoise& noise);
 
 /// The standard error that noise leaves in what \p steps have moved, as a share, where it is largest of those that loops
 /// repeat or not; none if nothing was traced.
-std::optional<double> noise_reached(const std::vector<Step>& steps, const std::vector<StepEnd>& ends);
+std::optional<double> noise_reached(const Recipe& recipe, const std::vector<Step>& steps,
+                                    const std::vector<StepEnd>& ends);
 
 }  // namespace sidewall::app

@@ -189,7 +189,8 @@ Json summary_of(const Recipe& recipe, const RunState& state, const std::vector<S
                  {"flux", flux_json(surface)},
                  {"metrology", Json::object()},
                  {"metrology_units", Json::object()}};
-    if (const auto reached = noise_reached(steps, state.history.ends); reached && recipe.flux.by_accuracy())
+    if (const auto reached = noise_reached(recipe, steps, state.history.ends);
+        reached && recipe.flux.by_accuracy())
         summary["noise"] = {{"asked", recipe.flux.accuracy},
                             {"reached", number_or_null(*reached, kErrorDigits)}};
     add_events(recipe, steps, state.history, summary);
