@@ -161,12 +161,15 @@ std::string nearest_figure(const Recipe& recipe, const std::string& name) {
     return did_you_mean(": ", name, known, "; see sidewall models metrology");
 }
 
+bool is_roughness(const std::string& figure) {
+    return figure.find("ler_at_") != std::string::npos || figure.find("lwr_at_") != std::string::npos;
+}
+
 void require_measure(const Recipe& recipe, const std::string& name, const std::string& key) {
-    const bool rough = name.starts_with("ler_at_") || name.starts_with("lwr_at_");
-    if (rough && is_flat(recipe.domain))
+    if (is_roughness(name) && is_flat(recipe.domain))
         raise_key(key,
-                  "{}: a profile in x and z is the same along its lines: give domain.extent "
-                  "two numbers",
+                  "{}: a profile in x and z is the same along its lines: give domain.extent two numbers, "
+                  "and a strip domain.strip = \"space\"",
                   name);
     const auto figure = named_figure(name, recipe.materials);
     if (figure && figure->kind == FigureKind::without && named_figure(figure->of, recipe.materials))

@@ -39,6 +39,9 @@ std::optional<Figure> named_figure(const std::string& name, const Materials& mat
 /// a material; empty: every run's summary has it. Nothing if there is no such figure.
 std::optional<std::string> word_of(const Recipe& recipe, const std::string& figure);
 
+/// Whether a figure, or a stop condition on one, is of line roughness, of which a profile has none.
+bool is_roughness(const std::string& figure);
+
 /// Checks that \p name is a word of [metrology] measures or a figure.
 /// \throws KeyError of \p key, with the nearest name.
 void require_measure(const Recipe& recipe, const std::string& name, const std::string& key);

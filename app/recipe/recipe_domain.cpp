@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "app/models/model.hpp"
+#include "app/recipe/figure_names.hpp"
 #include "app/recipe/layers.hpp"
 #include "levelset/layers/levels.hpp"
 
@@ -85,15 +86,14 @@ bool runs_as_profile(const Recipe& recipe) {
     const auto along_y = [](const std::string& plane) {
         return surface::parse_plane(plane).normal.y() == 0.0;
     };
-    const auto is_rough = [](const std::string& name) {
-        return name.starts_with("ler_at_") || name.starts_with("lwr_at_");
-    };
+    const auto stops_by_roughness = [](const Step& step) { return is_roughness(step.stop); };
     if (along_y(recipe.metrology.cut) || std::ranges::any_of(recipe.output.profiles, along_y) ||
-        std::ranges::any_of(recipe.metrology.measures, is_rough) || !is_same_along_y(recipe))
+        std::ranges::any_of(recipe.metrology.measures, is_roughness) ||
+        std::ranges::any_of(expanded_steps(recipe), stops_by_roughness) || !is_same_along_y(recipe))
         return false;
     if (recipe.start.from.empty()) return true;
-    return load_frame(std::filesystem::path(recipe.start.from) / "recipe.toml").domain.strip ==
-           Strip::profile;
+    const auto before = std::filesystem::path(recipe.start.from) / "recipe.toml";
+    return std::filesystem::exists(before) && load_frame(before).domain.strip == Strip::profile;
 }
 
 double width_of_strip(const Recipe& recipe) {

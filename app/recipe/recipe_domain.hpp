@@ -28,8 +28,8 @@ bool runs_as_profile(const Recipe& recipe);
 /// Stretches a profile's mesh along y to the width of the strip that is run as that profile, if it is.
 void widen_to_strip(const Recipe& recipe, TriangleMesh& mesh);
 
-/// The divisor of volumes: for a profile, but a round wafer's, its width along y, which makes areas of them; for a strip
-/// that is run as one, that width in widths of the strip; else 1.
+/// What the grid's volumes are divided by: 1 in space and for a round wafer; for a profile the grid's width along y, which
+/// makes areas of them; for a strip that runs as a profile the share of the strip's width that the grid has.
 double width_of_strip(const Recipe& recipe);
 
 /// The unit of a volume after that division.

@@ -81,8 +81,9 @@ std::vector<Key> keys_of(DomainSection& domain) {
          "Particles fly in space, volumes are of the revolution; a mirror is at the axis, and one all around at the extent, "
          "for which the radius of a round cell of the same area stands for an array's"},
         {"strip", choice(domain.strip, {"auto", "profile", "space"}), "",
-         "a wafer of two extents as a profile, whose files and volumes are those of the strip; auto: where y has at most "
-         "eight cells, all layers and patterns are the same along it, and nothing asks for more; space: never"},
+         "profile: runs a wafer of two extents as a profile in x and z, with the files and volumes of the strip; auto: does "
+         "so where y has at most eight cells and all layers and patterns are the same along it, unless a cut along y, line "
+         "roughness, levels or a law of the place asks for space; space: never"},
         {"length_unit", &domain.length_unit, "", "unit of every length", one_of(length_units())},
         {"time_unit", &domain.time_unit, "", "unit of every time", one_of(time_units())},
     };

@@ -95,8 +95,7 @@ TEST_CASE("a wafer in space that is the same along y, or round, is told what wou
     CHECK_THAT(form("", in_space), Contains("extent = [2] in [domain] makes it a profile"));
     CHECK_THAT(form("shape = \"trench\"\nwidth = 0.8\ndepth = 0.5\n", in_space), Contains("in place of 4"));
     CHECK_THAT(form("", wider), Contains("in place of 10"));
-    CHECK(form("[grid]\nlevels = 1\n[metrology]\nmeasures = [\"lwr_at_0.1\"]\n", {}).find("runs as") ==
-          std::string::npos);
+    CHECK(form("[metrology]\nmeasures = [\"lwr_at_0.1\"]\n", {}).find("runs as") == std::string::npos);
     CHECK(note("shape = \"box\"\nsize = [0.8, 0.2]\nheight = 0.5\n").empty());
     CHECK(note("[metrology]\ncut = \"x=0\"\n").empty());
     const std::string square =
