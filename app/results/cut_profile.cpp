@@ -50,6 +50,8 @@ Profile with_beyond(const Profile& profile) {
             for (Vec3& p : copy.points) p += shift * profile.along;
         }
     }
+    all.span.reset();
+    all.span = span_of_profile(all);
     return all;
 }
 
@@ -112,6 +114,7 @@ double measure_flats(const Profile& surface, const Profile& below, double beside
 }  // namespace
 
 ProfileSpan span_of_profile(const Profile& profile) {
+    if (profile.span) return *profile.span;
     ProfileSpan span;
     for (const surface::Polyline& line : profile.lines)
         for (const Vec3& p : line.points) {
@@ -121,11 +124,19 @@ ProfileSpan span_of_profile(const Profile& profile) {
             span.floor = std::min(span.floor, p.z());
             span.crest = std::max(span.crest, p.z());
         }
+    profile.each_segment([&](const Vec3& p, const Vec3& q) {
+        const double from = p.dot(profile.along), to = q.dot(profile.along);
+        if (from == to) return;
+        if (from == span.left || to == span.left) span.from_left.push_back((from == span.left ? p : q).z());
+        if (from == span.right || to == span.right)
+            span.from_right.push_back((from == span.right ? p : q).z());
+    });
     return span;
 }
 
 Profile profile_of(const TriangleMesh& mesh, const surface::Plane& plane, const levelset::Domain& domain) {
     Profile profile{surface::cut_by_plane(mesh, plane), surface::plane_axes(plane)[0], {}, {}};
+    profile.span = span_of_profile(profile);
     for (int axis = 0; axis < 2 && !domain.axial; ++axis) {
         const auto a = static_cast<std::size_t>(axis);
         profile.middle += 0.5 * (domain.min[a] + domain.max[a]) * profile.along[axis];
@@ -146,22 +157,20 @@ Profile profile_of(const TriangleMesh& mesh, const surface::Plane& plane, const 
 Stretches solid_at(const Profile& profile, double z) {
     std::vector<double> crossings;
     const ProfileSpan span = span_of_profile(profile);
-    // Whether material lies just inside either end: gas is above all the lines that set out from there.
-    bool left_solid = false, right_solid = false;
     profile.each_segment([&](const Vec3& p, const Vec3& q) {
-        const double from = p.dot(profile.along), to = q.dot(profile.along);
-        const auto sets_out = [&](double end) {
-            return (from == end) != (to == end) && (from == end ? p : q).z() > z;
-        };
-        left_solid = left_solid != sets_out(span.left);
-        right_solid = right_solid != sets_out(span.right);
         if ((p.z() > z) == (q.z() > z)) return;
+        const double from = p.dot(profile.along), to = q.dot(profile.along);
         const double x = from + (z - p.z()) / (q.z() - p.z()) * (to - from);
         crossings.push_back(x);
         for (const double side : profile.mirrors) crossings.push_back(2.0 * side - x);
         for (const double shift : profile.shifts) crossings.push_back(x + shift);
     });
     std::sort(crossings.begin(), crossings.end());
+    // Whether material lies just inside either end: gas is above all the lines that set out from there.
+    const auto is_solid = [&](const std::vector<double>& heights) {
+        return std::ranges::count_if(heights, [&](double height) { return height > z; }) % 2 == 1;
+    };
+    const bool left_solid = is_solid(span.from_left), right_solid = is_solid(span.from_right);
     // Left of the first crossing lies what begins there.
     double first = span.left;
     bool solid = left_solid;

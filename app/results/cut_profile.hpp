@@ -1,5 +1,6 @@
 #pragma once
 #include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -12,13 +13,20 @@ namespace sidewall::app {
 /// The value of a figure that does not exist.
 inline constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
+/// The ends of a profile, along it and in z; infinite the wrong way round without one.
+struct ProfileSpan {
+    double left = kInfinity, right = -kInfinity, floor = kInfinity, crest = -kInfinity;
+    std::vector<double> from_left, from_right;  ///< heights of the lines that set out from either end
+};
+
 /// A profile: where a vertical plane cuts a surface or an interface.
 struct Profile {
     std::vector<surface::Polyline> lines;
-    Vec3 along;                   // horizontal axis in the plane
-    std::vector<double> mirrors;  // reflective sides, where a half structure's other half begins
-    std::vector<double> shifts;   // along the profile to its repetitions beyond periodic sides
-    double middle = 0.0;          // of the wafer, along the profile
+    Vec3 along;                         // horizontal axis in the plane
+    std::vector<double> mirrors;        // reflective sides, where a half structure's other half begins
+    std::vector<double> shifts;         // along the profile to its repetitions beyond periodic sides
+    double middle = 0.0;                // of the wafer, along the profile
+    std::optional<ProfileSpan> span{};  // of the lines, once it is known
 
     template <class Use>
     void each_segment(Use&& use) const {
@@ -29,10 +37,6 @@ struct Profile {
     }
 };
 
-/// The ends of a profile, along it and in z; infinite the wrong way round without one.
-struct ProfileSpan {
-    double left = kInfinity, right = -kInfinity, floor = kInfinity, crest = -kInfinity;
-};
 ProfileSpan span_of_profile(const Profile& profile);
 
 Profile profile_of(const TriangleMesh& mesh, const surface::Plane& plane, const levelset::Domain& domain);
