@@ -83,16 +83,18 @@ void add_samples(const TriangleMesh& mesh, std::uint32_t t, double longest, std:
 void add_turned(const LateralBox& box, double radius, std::vector<Sample>& samples) {
     const double step = 2.0 * std::atan(0.5 * (box.max[1] - box.min[1]) / box.max[0]);
     const auto images = static_cast<int>(std::numbers::pi / step);
-    for (std::size_t s = 0, n = samples.size(); s < n; ++s)
-        for (int k = 1; k <= images; ++k)
-            for (const double turn : {k * step, -k * step}) {
-                const Eigen::AngleAxisd rotation(turn, Vec3::UnitZ());
-                Sample image = samples[s];
-                image.point = rotation * image.point;
-                if (std::abs(image.point.y()) > radius || image.point.x() < -radius) continue;
-                image.normal = rotation * image.normal;
-                samples.push_back(image);
-            }
+    const std::size_t n = samples.size();
+    for (int k = -images; k <= images; ++k) {
+        if (k == 0) continue;
+        const Eigen::Matrix3d rotation = Eigen::AngleAxisd(k * step, Vec3::UnitZ()).toRotationMatrix();
+        for (std::size_t s = 0; s < n; ++s) {
+            Sample image = samples[s];
+            image.point = rotation * image.point;
+            if (std::abs(image.point.y()) > radius || image.point.x() < -radius) continue;
+            image.normal = rotation * image.normal;
+            samples.push_back(image);
+        }
+    }
 }
 
 // Images of the samples within `radius` of a side. A profile of one cell goes on for several.

@@ -87,7 +87,11 @@ class Tracer {
         trace_.desorption = make_surface_source(mesh, wedges, pass.emission, box.area());
     }
 
-    /// The fewest rays of a round.
+    /// The rays of the first round to a relative error, and the fewest of any round.
+    std::uint64_t first_round() const {
+        const Geometry& geometry = trace_.geometry;
+        return flux::first_round(geometry.mesh.triangles.size(), geometry.revolution != nullptr);
+    }
     std::uint64_t least_round() const {
         return trace_.adjoint ? fewest_adjoint_paths(trace_.geometry.mesh) : 1;
     }
@@ -307,7 +311,7 @@ class Tracer {
 };
 
 // Rounds of batches until the relative error asked for is reached or all rays are spent.
-std::vector<FluxResult> trace_rounds(const TraceOptions& options, std::size_t triangles, Tracer& tracer) {
+std::vector<FluxResult> trace_rounds(const TraceOptions& options, Tracer& tracer) {
     const std::uint64_t most = options.rays;
     tracer.expect(most);
     if (!options.relative_error) {
@@ -318,7 +322,7 @@ std::vector<FluxResult> trace_rounds(const TraceOptions& options, std::size_t tr
     double power = 1.75;  // of few rays the error falls faster than as 1/sqrt(rays)
     const auto growth = [&](double error) { return 1.05 * std::pow(error / target, power); };
     const std::uint64_t least = tracer.least_round();
-    std::uint64_t rays = std::max(least, std::min<std::uint64_t>(most, first_round(triangles)));
+    std::uint64_t rays = std::max(least, std::min(most, tracer.first_round()));
     while (true) {
         tracer.trace_round(rays);
         const std::uint64_t emitted = tracer.emitted();
@@ -377,7 +381,7 @@ std::vector<FluxResult> trace_fluxes(const TriangleMesh& mesh, const surface::Ra
                 options.progress((static_cast<double>(p) + part) / static_cast<double>(passes.size()));
             };
         Tracer tracer(mesh, scene, box, pass, materials, wedges, own);
-        std::vector<FluxResult> traced = trace_rounds(own, mesh.triangles.size(), tracer);
+        std::vector<FluxResult> traced = trace_rounds(own, tracer);
         for (std::size_t i = 0; i < traced.size(); ++i) results[passes[p][i]] = std::move(traced[i]);
     }
     return results;

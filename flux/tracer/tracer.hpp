@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -118,9 +119,11 @@ FluxResult trace_flux(const TriangleMesh& mesh, const surface::RayScene& scene, 
 /// the first of each.
 std::vector<std::vector<std::size_t>> passes_of(std::span<const Species> species);
 
-/// Rays of the first round of a trace to a relative error.
-constexpr std::uint64_t first_round(std::size_t triangles) {
-    return 2 * triangles + 16384;
+/// Rays of the first round of a trace to a relative error. A round profile has few triangles, and packets of rays serve
+/// others alone.
+constexpr std::uint64_t first_round(std::size_t triangles, bool round = false) {
+    const std::uint64_t most = 2 * triangles + 16384;
+    return round ? std::min<std::uint64_t>(most, 8 * triangles + 1024) : most;
 }
 
 /// trace_flux for several species, those with the same_paths together, see passes_of: a path carries a weight

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fstream>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 
 namespace sidewall::flux {
@@ -23,6 +24,7 @@ bool lies_in(const TriangleMesh& mesh, std::size_t t, double depth, int tenth, d
 
 std::vector<CylinderRow> cylinder_rows() {
     std::ifstream file(SIDEWALL_SOURCE_DIR "/tests/assets/cylinder_radiosity.csv");
+    if (!file) throw std::runtime_error("tests/assets/cylinder_radiosity.csv cannot be read");
     std::vector<CylinderRow> rows;
     std::string line;
     std::getline(file, line);
