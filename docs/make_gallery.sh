@@ -25,6 +25,7 @@ Deposition|ald_hole|--cut y=0 --view 20,15
 Deposition|ald_cavity|--view 0,0|quick
 Deposition|memory_hole|--view -35,15|quick
 Deposition|memory_hole_round|--view 0,0
+Deposition|ald_slot|--view 60,10 --color coverage_precursor|quick
 Deposition|ald_via|--view 0,0
 Deposition|sputter_map|--view 20,20
 Deposition|surface_diffusion|--view 20,20

@@ -140,8 +140,9 @@ Json summarise(const FluxArguments& arguments, const TriangleMesh& mesh, const f
 // Says what `auto` takes, and why.
 void print_choice(const flux::MethodChoice& choice) {
     print_warning(
-        !choice.why_not.empty()
-            ? fmt::format("sidewall flux: monte-carlo is taken: {}", choice.why_not)
+        !choice.why_not.empty() ? fmt::format("sidewall flux: monte-carlo is taken: {}", choice.why_not)
+        : choice.viewed
+            ? "sidewall flux: radiosity is taken: what a profile sees of itself is found without rays"
             : fmt::format(
                   "sidewall flux: {} is taken: to a relative error of {:.2g} monte-carlo costs about {:.2g} and "
                   "radiosity {:.2g} million segments{}",

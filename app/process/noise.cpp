@@ -63,8 +63,9 @@ void add_noise(const TraceReport& trace, double dt, StepNoise& noise) {
     double worst = 0.0;
     for (const flux::FluxResult& flux : trace.species) {
         const double elements = flux.discretisation_error, all = flux.relative_error;
-        if (std::isfinite(all))
-            worst = std::max(worst, std::sqrt(std::max(0.0, all * all - elements * elements)));
+        constexpr double kRounding = 1e-12;
+        const double rays = all * all - elements * elements;
+        if (std::isfinite(all) && rays > kRounding * all * all) worst = std::max(worst, std::sqrt(rays));
     }
     noise.squares += std::pow(worst * dt, 2.0);
     noise.time += dt;

@@ -97,6 +97,20 @@ void add_exchange(const Aggregates& aggregates, const Wedges& unknowns, const Sa
     }
 }
 
+Eigen::MatrixXd aggregate_sums(const Aggregates& aggregates, const WedgeMatrix& mass,
+                               const Eigen::MatrixXd& exchange) {
+    const auto count = static_cast<Eigen::Index>(aggregates.count);
+    Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(count, count);
+    for (std::size_t i = 0; i < aggregates.of.size(); ++i) {
+        for (std::size_t j = 0; j < aggregates.of.size(); ++j)
+            sums(aggregates.of[j], aggregates.of[i]) -=
+                exchange(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(i));
+        for (WedgeMatrix::InnerIterator entry(mass, static_cast<Eigen::Index>(i)); entry; ++entry)
+            sums(aggregates.of[static_cast<std::size_t>(entry.col())], aggregates.of[i]) += entry.value();
+    }
+    return sums;
+}
+
 CoarseGridSolver::CoarseGridSolver(const Aggregates& aggregates, Eigen::MatrixXd exchange,
                                    const WedgeMatrix& absorption)
     : aggregates_(aggregates) {

@@ -28,6 +28,10 @@ Aggregates make_aggregates(const TriangleMesh& mesh, const Wedges& unknowns);
 void add_exchange(const Aggregates& aggregates, const Wedges& unknowns, const SampleGroup& group,
                   std::size_t first_pair, std::size_t first_exit, Eigen::MatrixXd& matrix);
 
+/// P' (M - G) P of a dense exchange.
+Eigen::MatrixXd aggregate_sums(const Aggregates& aggregates, const WedgeMatrix& mass,
+                               const Eigen::MatrixXd& exchange);
+
 /// The balance of the aggregates, factorised.
 class CoarseGridSolver {
   public:

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "flux/radiosity/gatherer.hpp"
+#include "flux/radiosity/profile_view.hpp"
 #include "flux/random.hpp"
 #include "flux/tracer/monitor.hpp"
 #include "flux/tracer/trace_checks.hpp"
@@ -191,6 +192,31 @@ void trace_pilot(Exchange::State& s, RandomKey key, std::uint64_t rays) {
     s.densities->set_relays(lit, share);
 }
 
+// The whole exchange of a profile at once.
+void take_view(Exchange::State& s, RandomKey key) {
+    // It counts as so many rays: what the elements are off by is told by a share of them, which fly, and
+    // leaks by the share of all directions from the surface.
+    constexpr std::uint64_t kLikeRays = 100'000;
+    prepare(s);
+    s.view = view_profile(s.geometry, s.profile, s.source_exponents, s.options.stop);
+    s.aggregate_exchange.front() = aggregate_sums(s.aggregates, s.mass, s.view->exchange);
+    s.gathers = 1;
+    s.rays = kLikeRays;
+    constexpr double kLeastLeak = 5e-4;  // folds at sharp edges leak less, which changes fluxes by no more
+    if (s.view->leaked > kLeastLeak)
+        s.leaked = static_cast<std::uint64_t>(s.view->leaked * static_cast<double>(kLikeRays));
+    trace_residual(s.geometry, *s.densities, key, s.gathers, kLikeRays, s.residual);
+    s.segments = s.view->parts + s.residual.segments;
+}
+
+void require_few_leaks(const Exchange::State& s) {
+    if (leaks_too_much(s.leaked, s.rays, 3.0))
+        throw NumericsError(
+            "{} of {} rays went through the surface: it has holes, overlaps, pieces turned inside out that are "
+            "hidden from above or, with periodic sides, opposite ends that do not match",
+            s.leaked, s.rays);
+}
+
 }  // namespace
 
 std::uint64_t exchange_bytes(std::uint64_t rays) {
@@ -210,10 +236,24 @@ Exchange::Exchange(const TriangleMesh& mesh, const surface::RayScene& scene, con
     geometry.straight = geometry.straight && !profile.partner.empty();
     state_ = std::unique_ptr<State>(
         new State{geometry, wedges, std::move(profile), std::move(options), std::move(source_exponents)});
+    const auto unknowns = static_cast<double>(state_->profile.unknowns.count());
+    constexpr double kMatrices = 4.0 * sizeof(double);  // that a view takes at once
+    state_->viewed = can_be_viewed(state_->geometry, state_->profile, state_->source_exponents) &&
+                     kMatrices * unknowns * unknowns < static_cast<double>(state_->options.most_bytes);
 }
 
 void Exchange::gather(std::uint64_t rays) {
     State& s = *state_;
+    const RandomKey key = random_key(s.options.seed, s.options.time_step, kStream);
+    const auto start = std::chrono::steady_clock::now();
+    const auto seconds = [&] {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    };
+    if (s.viewed) {
+        if (s.gathers == 0) take_view(s, key);
+        s.seconds += seconds();
+        return require_few_leaks(s);
+    }
     const std::uint64_t needed = exchange_bytes(s.rays + rays);
     if (needed > s.options.most_bytes)
         throw RecipeError(
@@ -221,8 +261,6 @@ void Exchange::gather(std::uint64_t rays) {
             "allow more",
             s.rays + rays, static_cast<double>(needed) * 1e-9,
             static_cast<double>(s.options.most_bytes) * 1e-9);
-    const auto start = std::chrono::steady_clock::now();
-    const RandomKey key = random_key(s.options.seed, s.options.time_step, kStream);
     if (s.gathers == 0) {
         prepare(s);
         trace_pilot(s, key, rays);  // by random numbers of its own
@@ -251,12 +289,8 @@ void Exchange::gather(std::uint64_t rays) {
     s.segments += s.residual.segments - segments;
     s.group_rays += in_group;
     s.rays += in_group * kSampleGroups;
-    s.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    if (leaks_too_much(s.leaked, s.rays, 3.0))
-        throw NumericsError(
-            "{} of {} rays went through the surface: it has holes, overlaps, pieces turned inside out that are "
-            "hidden from above or, with periodic sides, opposite ends that do not match",
-            s.leaked, s.rays);
+    s.seconds += seconds();
+    require_few_leaks(s);
 }
 
 void Exchange::set_start_variance(std::span<const double> variance) {
@@ -282,13 +316,15 @@ std::uint64_t Exchange::rays_left() const {
 }
 
 double Exchange::State::scale(std::uint32_t bits) const {
-    return 1.0 / (static_cast<double>(group_rays) * std::popcount(bits));
+    return viewed ? 1.0 : 1.0 / (static_cast<double>(group_rays) * std::popcount(bits));
 }
 
 const BalancedSamples& Exchange::State::balanced(std::uint32_t bits) const {
     const std::lock_guard lock(mutex_);
     const auto found = balanced_.find(bits);
     if (found != balanced_.end()) return found->second;
+    if (view)
+        return balanced_.try_emplace(bits, profile.unknowns, *view, mass, source_exponents).first->second;
     std::vector<const SampleGroup*> chosen;
     for (std::size_t g = 0; g < groups.size(); ++g)
         if ((bits >> g & 1u) != 0) chosen.push_back(&groups[g]);

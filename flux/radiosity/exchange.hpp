@@ -48,7 +48,10 @@ class Exchange {
     Exchange(const TriangleMesh& mesh, const surface::RayScene& scene, const LateralBox& box,
              const Wedges& wedges, std::vector<double> source_exponents, ExchangeOptions options = {});
 
-    /// Traces about \p rays more, equally many from every wedge; 64 an unknown give 1 to 2 % at low sticking. The
+    /// Whether the first gather takes the samples of view_profile(), which have no noise; no other adds to them.
+    bool is_viewed() const { return state_->viewed; }
+
+    /// Takes the view, or traces about \p rays more, equally many from every wedge; 64 an unknown give 1 to 2 % at low sticking. The
     /// same bits whatever the number of threads and ranks, and a function of the rays gathered before and the seed.
     /// \throws RecipeError if the samples would take more than most_bytes, with both figures; Interrupted;
     ///         NumericsError if too many rays pass through the surface, see leaks_too_much.
@@ -78,6 +81,8 @@ class Exchange {
         std::uint64_t rays = 0, segments = 0, leaked = 0;
         std::uint32_t gathers = 0;
         bool has_importance = false;
+        bool viewed = false;  ///< the exchange is a view
+        std::optional<ProfileView> view{};
         Residual residual{};
         double seconds = 0.0;
 
@@ -90,7 +95,8 @@ class Exchange {
     };
     const State& state() const { return *state_; }
 
-    bool has_importance() const { return state_->has_importance; }  ///< set_start_variance has been called
+    /// Whether set_start_variance has been called, or is not needed.
+    bool has_importance() const { return state_->has_importance || state_->viewed; }
     std::uint64_t rays() const { return state_->rays; }  ///< traced so far: a counter that no solve changes
     /// Traced besides, see residual.hpp: at most 4 % as many.
     std::uint64_t residual_rays() const { return state_->residual.rays.size(); }

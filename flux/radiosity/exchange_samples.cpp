@@ -177,7 +177,41 @@ BalancedSamples::BalancedSamples(const Wedges& wedges, std::vector<const SampleG
     });
 }
 
+BalancedSamples::BalancedSamples(const Wedges& wedges, const ProfileView& view, const WedgeMatrix& mass,
+                                 std::span<const double> exponents)
+    : wedges_(wedges), scale_(1.0), diagonal_(wedges.count(), 0.0), viewed_{{view.exchange, mass, {}}} {
+    Eigen::VectorXd sky = Eigen::Map<const Eigen::VectorXd>(view.sky.data(), std::ssize(view.sky));
+    Eigen::VectorXd factors = Eigen::VectorXd::Ones(sky.size()), factor = factors;
+    constexpr int kBalancingsOfView = 20;  // cheap, and enough for elements far longer than what they face
+    for (int pass = 0; pass < kBalancingsOfView; ++pass) {
+        const Eigen::VectorXd sum = factors.cwiseProduct(view.exchange * factors + sky);
+        for (Eigen::Index i = 0; i < sum.size(); ++i)
+            if (sum[i] > 0.0)
+                factors[i] *=
+                    std::clamp(std::sqrt(wedges_.area[static_cast<std::size_t>(i)] / sum[i]), 0.5, 2.0);
+    }
+    viewed_->exchange = factors.asDiagonal() * view.exchange * factors.asDiagonal();
+    for (std::size_t k = 0; k < exponents.size(); ++k) {
+        std::vector<double>& direct = viewed_->direct[exponents[k]] = view.direct[k];
+        for (std::size_t i = 0; i < direct.size(); ++i) direct[i] *= factors[static_cast<Eigen::Index>(i)];
+    }
+    for (std::size_t i = 0; i < diagonal_.size(); ++i) {
+        const auto n = static_cast<Eigen::Index>(i);
+        diagonal_[i] = mass.coeff(n, n) - viewed_->exchange(n, n);
+    }
+}
+
 void BalancedSamples::add(std::span<const double> x, std::span<double> y) const {
+    if (viewed_) {
+        const Eigen::Map<const Eigen::VectorXd> values(x.data(), std::ssize(x));
+        surface::parallel_each(y.size(), 64, [&](std::size_t i) {
+            const auto n = static_cast<Eigen::Index>(i);
+            y[i] -= viewed_->exchange.col(n).dot(values);
+            for (WedgeMatrix::InnerIterator entry(viewed_->mass, n); entry; ++entry)
+                y[i] += entry.value() * x[static_cast<std::size_t>(entry.col())];
+        });
+        return;
+    }
     sum_parts(y, [&](const Part& part, double* sums) {
         for_pairs(part, [&](std::size_t n, const Ends& a, const Ends& b) {
             const double amount =
@@ -192,6 +226,7 @@ void BalancedSamples::add(std::span<const double> x, std::span<double> y) const 
 }
 
 std::vector<double> BalancedSamples::direct(double exponent, bool straight) const {
+    if (viewed_) return viewed_->direct.at(exponent);
     const double scale = lobe_scale(exponent, straight);
     std::vector<double> y(wedges_.count(), 0.0);
     sum_parts(y, [&](const Part& part, double* sums) {
@@ -208,6 +243,13 @@ std::vector<double> BalancedSamples::direct(double exponent, bool straight) cons
 
 std::vector<double> BalancedSamples::arrivals(std::span<const double> x) const {
     std::vector<double> y(x.size(), 0.0);
+    if (viewed_) {
+        const Eigen::Map<const Eigen::VectorXd> values(x.data(), std::ssize(x));
+        surface::parallel_each(y.size(), 64, [&](std::size_t i) {
+            y[i] = viewed_->exchange.col(static_cast<Eigen::Index>(i)).dot(values);
+        });
+        return y;
+    }
     sum_parts(y, [&](const Part& part, double* sums) {
         for_pairs(part, [&](std::size_t n, const Ends& a, const Ends& b) {
             const auto w = static_cast<double>(weights_[part.group][n]);

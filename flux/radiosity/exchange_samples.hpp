@@ -3,9 +3,12 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <map>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "flux/radiosity/profile_view.hpp"
 #include "flux/wedges.hpp"
 #include "surface/triangle_mesh.hpp"
 
@@ -76,6 +79,10 @@ class BalancedSamples {
     /// \param wedges  and the groups must outlive it.
     /// \param scale   of the samples' weights.
     BalancedSamples(const Wedges& wedges, std::vector<const SampleGroup*> groups, double scale);
+    /// The exchange of a profile, which is no sum over samples.
+    /// \param mass, exponents  of the profile's unknowns, and of the view's sources.
+    BalancedSamples(const Wedges& wedges, const ProfileView& view, const WedgeMatrix& mass,
+                    std::span<const double> exponents);
     /// Adds M - G times \p x to \p y.
     void add(std::span<const double> x, std::span<double> y) const;
     std::span<const double> diagonal() const { return diagonal_; }
@@ -98,6 +105,12 @@ class BalancedSamples {
     std::vector<std::vector<float>> weights_;  // of the pairs of each group, balanced
     std::vector<std::vector<float>> exit_weights_;
     std::vector<double> diagonal_;
+    struct Viewed {
+        Eigen::MatrixXd exchange;
+        const WedgeMatrix& mass;
+        std::map<double, std::vector<double>> direct;  // by exponent
+    };
+    std::optional<Viewed> viewed_{};
 };
 
 /// The matrix of the balance: absorption + M - G.

@@ -184,6 +184,7 @@ std::vector<double> sticking_by_wedge(const Wedges& wedges, std::span<const std:
 
 void gather_for(std::span<const DiffuseSpecies> species, Exchange& exchange, std::uint64_t rays,
                 const SolveOptions& options) {
+    if (exchange.is_viewed()) return exchange.gather(rays);
     constexpr std::uint64_t kFirstPart = 4;
     const auto left = [&] { return rays > exchange.rays() ? rays - exchange.rays() : 0; };
     if (left() == 0) return;
@@ -243,6 +244,10 @@ MethodChoice choose_method(Exchange& exchange, const Species& species,
         choice.why_not = why;
         return choice;
     }
+    if (exchange.is_viewed()) {
+        choice.radiosity = choice.viewed = true;
+        return choice;
+    }
     const Exchange::State& s = exchange.state();
     const Wedges& wedges = s.wedges;
     TraceOptions pilot = options;
@@ -255,8 +260,10 @@ MethodChoice choose_method(Exchange& exchange, const Species& species,
     const double growth = static_cast<double>(options.rays) / static_cast<double>(result.emitted);
     choice.target = options.relative_error.value_or(result.relative_error / std::sqrt(growth));
     // A trace to an error begins with so many rays.
-    const std::uint64_t least =
-        options.relative_error ? std::min(options.rays, first_round(s.geometry.mesh.triangles.size())) : 0;
+    const std::uint64_t least = options.relative_error
+                                    ? std::min(options.rays, first_round(s.geometry.mesh.triangles.size(),
+                                                                         s.geometry.revolution != nullptr))
+                                    : 0;
     const double more = std::max({1.0, static_cast<double>(least) / static_cast<double>(result.emitted),
                                   std::pow(result.relative_error / choice.target, 2.0)});
     choice.monte_carlo_cost = more * static_cast<double>(result.segments);

@@ -44,6 +44,7 @@ constexpr std::uint64_t kMostOfAuto = 4;
 /// The method that takes less CPU time to a relative error, as estimated.
 struct MethodChoice {
     bool radiosity = false;  ///< takes less from here on, on an exchange whose first rays are kept
+    bool viewed = false;     ///< radiosity has no noise, see Exchange::is_viewed: nothing was estimated
     double monte_carlo_cost = 0.0, radiosity_cost = 0.0;  ///< CPU time, in segments of the tracer's
     double spent = 0.0;   ///< cost of the rays gathered to choose, a part of radiosity_cost
     double target = 0.0;  ///< the relative error they are for

@@ -120,7 +120,8 @@ RadiosityFlux solve_flux(const Exchange& exchange, const DiffuseSpecies& species
     result.vertex.error.assign(s.geometry.mesh.vertices.size(), 0.0);
     ErrorSums sums;
     std::array<Values, 2> halves;
-    const std::size_t halvings = options.errors
+    const std::size_t halvings = s.viewed ? 0
+                                 : options.errors
                                      ? std::clamp<std::size_t>(options.halvings, 1, std::size(kHalves))
                                  : options.unbiased ? 1
                                                     : 0;
@@ -137,7 +138,8 @@ RadiosityFlux solve_flux(const Exchange& exchange, const DiffuseSpecies& species
     }
     for (double& flux : result.wedge.flux) flux = std::max(0.0, flux);
     // Half of a difference has the error of the whole.
-    if (options.errors) sums.put(0.25 / static_cast<double>(halvings), result);
+    if (s.viewed) halves = {whole.flux, whole.flux};
+    if (options.errors && !s.viewed) sums.put(0.25 / static_cast<double>(halvings), result);
     result.triangle.flux = over_triangles(s, result.wedge.flux);
     result.vertex.flux = over_vertices(s, result.wedge.flux);
     result.statistical_error = statistical_error(s.wedges, result.vertex);

@@ -24,6 +24,7 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
     {"ald_hole", {{"film_top", 22.0, 25.3}, {"film_side", 20.0, 25.3}, {"step_coverage_bottom", 0.9, 1.02}}},
     // 250 cycles of 0.106 nm where all sites are taken.
     {"ald_cavity", {{"film_top", 0.0255, 0.0270}, {"film_bottom", 0.010, 0.0270}}},
+    {"ald_slot", {{"film_side", 0.029, 0.034}, {"film_bottom", 0.022, 0.026}}},
     // 0.4 s at 1 um/s beside the trench.
     {"apcvd_trench", {{"film_top", 0.36, 0.44}, {"step_coverage_bottom", 0.02, 0.5}}},
     // 160 and 150 s at 1 nm/s; what the beams leave of the ridge of mask is stripped.

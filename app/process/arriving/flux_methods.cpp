@@ -75,9 +75,11 @@ std::vector<SpeciesMethod> cheapest(const Model& model, const std::vector<flux::
         const flux::MethodChoice& choice = choices[k];
         const double ratio =
             choice.radiosity_cost / std::max(1.0, traces_of(model) * choice.monte_carlo_cost);
-        const bool possible = choice.why_not.empty(), solved = possible && choice.radiosity_cost <= best;
+        const bool possible = choice.why_not.empty(),
+                   solved = possible && (choice.viewed || choice.radiosity_cost <= best);
         methods.push_back({model.species[k].name, solved,
-                           possible
+                           choice.viewed ? "a profile's exchange has no noise"
+                           : possible
                                ? fmt::format("radiosity costs about {:.2g} times as much as its paths at "
                                              "a relative error of {:.2g}",
                                              ratio, choice.target)

@@ -50,6 +50,11 @@ void mark_sharp_edges(const TriangleMesh& raw, std::vector<std::uint8_t>& flags)
         for (std::size_t v = 0; v < flags.size(); ++v) flags[v] |= edge->values[v] != 0.0;
 }
 
+// Whether a wafer is one cell thick along y.
+bool is_profile(const levelset::Domain& domain) {
+    return domain.cells[1] == 1 && domain.side[1] == levelset::Side::periodic;
+}
+
 // The mesh's outline on the side of least y, extruded to the opposite side: one radiosity unknown serves all
 // y.
 TriangleMesh extruded_side(const TriangleMesh& mesh, const levelset::Domain& domain) {
@@ -122,7 +127,7 @@ TracedSurface extract(const levelset::MaterialStack& stack, double time, Timing&
     surface.time = time;
     surface.box = lateral_box(stack.domain);
     surface.raw = levelset::extract_surface(stack, edges);
-    if (stack.domain.axial) surface.raw = extruded_side(surface.raw, stack.domain);
+    if (is_profile(stack.domain)) surface.raw = extruded_side(surface.raw, stack.domain);
     if (surface.raw.triangles.empty())
         throw NumericsError(
             "the surface has vanished: no material boundary is left in the domain; shorten the step");
@@ -173,10 +178,10 @@ void simplify(const Recipe& recipe, const Model& model, const levelset::Material
     mark_sharp_edges(surface.raw, fixed);  // long chords would narrow round rims
     options.fixed = fixed;
     TriangleMesh mesh = simplify::simplify(surface.raw, features, options).mesh;
-    const bool profile = stack.domain.cells[1] == 1 && stack.domain.side[1] == levelset::Side::periodic;
-    surface.simplified = profile && (stack.domain.axial || recipe.flux.method != "monte-carlo")
-                             ? extruded_side(mesh, stack.domain)
-                             : std::move(mesh);
+    surface.simplified =
+        is_profile(stack.domain) && (stack.domain.axial || recipe.flux.method != "monte-carlo")
+            ? extruded_side(mesh, stack.domain)
+            : std::move(mesh);
 }
 
 std::vector<double> resolving_lengths(const SurfaceField& carried, const TriangleMesh& mesh, double change,

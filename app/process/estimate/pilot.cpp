@@ -71,17 +71,19 @@ void count_solved(const PilotRequest& e, double seconds, double path_rays, doubl
     const TraceReport& trace = *pilot.surface.arriving->trace;
     const Asked asked = asked_of(e.recipe.flux, pilot.methods);
     double gathered = 0.0, passes = 0.0, path_seconds = 0.0, worst = 0.0;
+    bool noisy = false;  // a profile's exchange is whole at once
     for (std::size_t k = 0; k < trace.species.size(); ++k) {
         const flux::FluxResult& result = trace.species[k];
         if (trace.methods[k].radiosity) {
             gathered = static_cast<double>(result.emitted);
+            noisy = noisy || result.relative_error > result.discretisation_error;
             if (asked.errors[k] > 0.0) worst = std::max(worst, result.relative_error / asked.errors[k]);
         } else if (result.pass_place == 0) {
             passes += 1.0;
             path_seconds += result.seconds;
         }
     }
-    const double most = std::max(gathered, asked.most);
+    const double most = noisy ? std::max(gathered, asked.most) : gathered;
     const double needed = worst > 0.0 ? std::clamp(e.cells * gathered * worst * worst, gathered, most) : most;
     for (std::size_t k = 0; k < trace.species.size(); ++k) {
         const bool solved = trace.methods[k].radiosity;

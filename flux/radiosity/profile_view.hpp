@@ -1,0 +1,38 @@
+#pragma once
+#include <Eigen/Dense>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "flux/radiosity/profile_unknowns.hpp"
+#include "flux/tracer/flight.hpp"
+
+namespace sidewall::flux {
+
+/// The exchange of a profile without noise, by unknown; see exchange_samples.hpp for G and e.
+struct ProfileView {
+    Eigen::MatrixXd exchange;                 ///< G, symmetric
+    std::vector<double> sky;                  ///< what leaves of an emission of 1
+    std::vector<std::vector<double>> direct;  ///< e of each source
+    std::uint64_t parts = 0;  ///< of the directions from all points, each with a first thing seen
+    double leaked = 0.0;      ///< share of all directions that meets the back of a facet, or nothing
+};
+
+/// Whether view_profile() takes a surface and the exponents of its sources: a straight one (so its sides mirror or repeat
+/// it) that is a profile of at most 2,000 facets, and sources from thermal ones to cos^300.
+bool can_be_viewed(const Geometry& geometry, const ProfileUnknowns& profile,
+                   std::span<const double> exponents);
+
+/// Finds what every facet sees. From two of its points (Gauss' rule; one if it is short) the plane's directions are divided where what is
+/// seen first changes, and each part is weighed by its share of Lambert's law, the difference of the sines of its angles to the
+/// normal: what crossed strings (Hottel 1954) give between whole facets, with all that hides one from the other. Images of
+/// the profile across its sides are seen, too, up to eight either way.
+/// \param exponents  of the sources; the sky is divided so finely that their laws are resolved.
+/// \param stop       asked often, by any thread; true ends with Interrupted.
+/// \pre can_be_viewed().
+/// \note O(n^2 log n); parallel; the same bits on any number of threads.
+ProfileView view_profile(const Geometry& geometry, const ProfileUnknowns& profile,
+                         std::span<const double> exponents, const std::function<bool()>& stop);
+
+}  // namespace sidewall::flux
