@@ -43,6 +43,7 @@ rate = 1.0
 sticking = 0.3
 deposit = "SiO2"
 [flux]
+method = "monte-carlo"
 rays = 2000
 )";
 
