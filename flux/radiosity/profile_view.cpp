@@ -269,8 +269,6 @@ std::vector<Point> points_on(const Outline& outline, std::size_t sources) {
 void add_sky(const View& view, double from, double to, std::span<const double> exponents,
              const std::vector<double>& angles, std::vector<double>& bounds, Point& found) {
     const double share = 0.5 * (to - from);
-    // The vertical's angle to the normal.
-    const double vertical = std::atan2(view.direction(1.0).z, view.direction(0.0).z);
     const View::Open open = view.open(0.5 * (from + to));
     if (open == View::Open::hole) found.leaked += share;
     if (open != View::Open::sky) return;  // a little that is too far to be seen leaves with the balance
@@ -279,6 +277,8 @@ void add_sky(const View& view, double from, double to, std::span<const double> e
         for (double& direct : found.direct) direct += share;
         return;
     }
+    // The vertical's angle to the normal.
+    const double vertical = std::atan2(view.direction(1.0).z, view.direction(0.0).z);
     const double first = std::asin(from), last = std::asin(to);
     bounds.assign({first, last});
     for (const double angle : angles)

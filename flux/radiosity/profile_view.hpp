@@ -13,9 +13,9 @@ namespace sidewall::flux {
 /// The exchange of a profile without noise, by unknown; see exchange_samples.hpp for G and e.
 struct ProfileView {
     Eigen::MatrixXd exchange;                 ///< G, symmetric
-    std::vector<double> sky;                  ///< what leaves of an emission of 1
+    std::vector<double> sky;                  ///< what of a uniform emission of 1 leaves to the sky
     std::vector<std::vector<double>> direct;  ///< e of each source
-    std::uint64_t parts = 0;  ///< of the directions from all points, each with a first thing seen
+    std::uint64_t parts = 0;  ///< number of the parts of directions that were found, from all points
     double leaked = 0.0;      ///< share of all directions that meets the back of a facet, or nothing
 };
 
@@ -24,10 +24,11 @@ struct ProfileView {
 bool can_be_viewed(const Geometry& geometry, const ProfileUnknowns& profile,
                    std::span<const double> exponents);
 
-/// Finds what every facet sees. From two of its points (Gauss' rule; one if it is short) the plane's directions are divided where what is
-/// seen first changes, and each part is weighed by its share of Lambert's law, the difference of the sines of its angles to the
-/// normal: what crossed strings (Hottel 1954) give between whole facets, with all that hides one from the other. Images of
-/// the profile across its sides are seen, too, up to eight either way.
+/// Finds what every facet sees. From two of its points (Gauss' rule; one if it is short, more if it is long beside the
+/// distance to what it faces) the plane's directions are divided where what is seen first changes, and each part is weighed
+/// by its share of Lambert's law, the difference of the sines of its angles to the normal: what crossed strings (Hottel 1954)
+/// give between whole facets, with all that hides one from the other. Images of the profile across its sides are seen, too,
+/// up to eight either way.
 /// \param exponents  of the sources; the sky is divided so finely that their laws are resolved.
 /// \param stop       asked often, by any thread; true ends with Interrupted.
 /// \pre can_be_viewed().

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <map>
 
 #include "flux/radiosity/radiosity.hpp"
 #include "tests/flux/flux_meshes.hpp"
@@ -56,6 +55,16 @@ std::vector<double> cuts(int parts) {
     return at;
 }
 
+// A line with every piece cut into so many parts.
+Profile fine(const Profile& line, int parts) {
+    Profile cut{line.front()};
+    for (std::size_t i = 0; i + 1 < line.size(); ++i)
+        for (int k = 1; k <= parts; ++k)
+            cut.emplace_back(line[i].first + k * (line[i + 1].first - line[i].first) / parts,
+                             line[i].second + k * (line[i + 1].second - line[i].second) / parts);
+    return cut;
+}
+
 const auto left = [](const Vec3& p) { return p.x() < -0.5 + 1e-9 && p.z() < -1e-9; };
 const auto right = [](const Vec3& p) { return p.x() > 0.5 - 1e-9 && p.z() < -1e-9; };
 const auto floor_of = [](double depth) { return [=](const Vec3& p) { return p.z() < -depth + 1e-9; }; };
@@ -82,15 +91,15 @@ TEST_CASE(
 
 TEST_CASE("what hides the sky from the floor of a cavity leaves what crossed strings through its mouth say") {
     // Lips with knife edges at the mouth, which is a quarter of the floor.
-    Profile profile;
-    const std::vector<std::pair<double, double>> corners{{-1.5, 0.0},  {-0.25, 0.0}, {-1.0, -0.5},
-                                                         {-1.0, -2.0}, {1.0, -2.0},  {1.0, -0.5},
-                                                         {0.25, 0.0},  {1.5, 0.0}};
-    for (std::size_t i = 0; i + 1 < corners.size(); ++i)
-        for (int k = 0; k < 8; ++k)
-            profile.emplace_back(corners[i].first + k / 8.0 * (corners[i + 1].first - corners[i].first),
-                                 corners[i].second + k / 8.0 * (corners[i + 1].second - corners[i].second));
-    profile.push_back(corners.back());
+    const Profile profile = fine({{-1.5, 0.0},
+                                  {-0.25, 0.0},
+                                  {-1.0, -0.5},
+                                  {-1.0, -2.0},
+                                  {1.0, -2.0},
+                                  {1.0, -0.5},
+                                  {0.25, 0.0},
+                                  {1.5, 0.0}},
+                                 8);
     const TriangleMesh mesh = extrude(profile, 0.1);
     const Viewed seen(mesh);
     const auto bottom = seen.of(floor_of(2.0));
@@ -103,13 +112,8 @@ TEST_CASE("what hides the sky from the floor of a cavity leaves what crossed str
 
 TEST_CASE("a trench across a side that mirrors or repeats the profile is seen as one in the middle") {
     const double depth = 1.0, diagonal = std::hypot(0.5, depth);
-    Profile profile{{-0.5, 0.0}};
-    const std::vector<std::pair<double, double>> corners{{-0.5, 0.0},   {-0.25, 0.0}, {-0.25, depth},
-                                                         {0.25, depth}, {0.25, 0.0},  {0.5, 0.0}};
-    for (std::size_t i = 0; i + 1 < corners.size(); ++i)
-        for (int k = 1; k <= 16; ++k)
-            profile.emplace_back(corners[i].first + k / 16.0 * (corners[i + 1].first - corners[i].first),
-                                 corners[i].second + k / 16.0 * (corners[i + 1].second - corners[i].second));
+    const Profile profile =
+        fine({{-0.5, 0.0}, {-0.25, 0.0}, {-0.25, depth}, {0.25, depth}, {0.25, 0.0}, {0.5, 0.0}}, 16);
     const TriangleMesh mesh = extrude(profile, 0.1);
     for (const Boundary side : {Boundary::reflective, Boundary::periodic}) {
         const Viewed seen(mesh, side);
@@ -171,14 +175,6 @@ TEST_CASE(
     const auto box = [](double x0, double x1, double z0, double z1) {
         return Profile{{x0, z0}, {x0, z1}, {x1, z1}, {x1, z0}, {x0, z0}};
     };
-    const auto fine = [](const Profile& line, int parts) {
-        Profile cut{line.front()};
-        for (std::size_t i = 0; i + 1 < line.size(); ++i)
-            for (int k = 1; k <= parts; ++k)
-                cut.emplace_back(line[i].first + k * (line[i + 1].first - line[i].first) / parts,
-                                 line[i].second + k * (line[i + 1].second - line[i].second) / parts);
-        return cut;
-    };
     TriangleMesh mesh = extrude(fine({{-1.0, 0.0}, {1.0, 0.0}}, 32), 0.1);
     const TriangleMesh plate = extrude(fine(box(-0.6, 0.6, 0.2, 0.3), 24), 0.1);
     const auto offset = static_cast<std::uint32_t>(mesh.vertices.size());
@@ -191,7 +187,6 @@ TEST_CASE(
     }
     for (const Boundary side : {Boundary::reflective, Boundary::periodic}) {
         const Viewed seen(mesh, side);
-        const Eigen::VectorXd all = Eigen::VectorXd::Ones(seen.view.exchange.rows());
         const Species species{"test", 1.0, {0.2}};
         const FluxResult paths = trace(mesh, {side, Boundary::periodic}, species, {.rays = 400'000});
         Exchange exchange(mesh, seen.scene, seen.geometry.box, seen.wedges, {1.0});

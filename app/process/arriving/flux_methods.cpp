@@ -70,13 +70,16 @@ std::vector<SpeciesMethod> cheapest(const Model& model, const std::vector<flux::
         if (choice.why_not.empty() &&
             cost(model, passes, choices, choice.radiosity_cost) < cost(model, passes, choices, best))
             best = choice.radiosity_cost;
+    // One exchange serves all that are solved: beside species without noise none is taken that would give it
+    // some.
+    const bool any_viewed = std::ranges::any_of(choices, &flux::MethodChoice::viewed);
     std::vector<SpeciesMethod> methods;
     for (std::size_t k = 0; k < choices.size(); ++k) {
         const flux::MethodChoice& choice = choices[k];
         const double ratio =
             choice.radiosity_cost / std::max(1.0, traces_of(model) * choice.monte_carlo_cost);
         const bool possible = choice.why_not.empty(),
-                   solved = possible && (choice.viewed || choice.radiosity_cost <= best);
+                   solved = possible && (any_viewed ? choice.viewed : choice.radiosity_cost <= best);
         methods.push_back({model.species[k].name, solved,
                            choice.viewed ? "a profile's exchange has no noise"
                            : possible
