@@ -20,7 +20,7 @@ struct AdvectionSeconds {
 /// engquist_osher is first order; weno3 and weno5 use Godunov's Hamiltonian; lax_friedrichs takes V(n) at the
 /// mean of the one-sided gradients and adds dissipation: local, on WENO3 differences, or by the motion's bounds
 /// on first-order ones, which is monotone and so finds the slow faces of a crystal (Crandall and Lions, Math.
-/// Comput. 43 (1984) 1).
+/// Comput. 43 (1984) 1); edges of a crystal's other faces move by Godunov's flux.
 ///
 /// \param motions  V, one for the whole time step, or one for each Runge-Kutta stage: the first as of
 ///                 \p stack, the others as of the surfaces that advect_to_stage makes of it.

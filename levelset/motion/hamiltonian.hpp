@@ -141,6 +141,42 @@ float lax_friedrichs(const Vec3& minus, const Vec3& plus, const Vec3& bounds, Sp
     return static_cast<float>(sign < 0.0 ? std::min(flux, 0.0) : std::max(flux, 0.0));
 }
 
+/// Whether a slow face is near the normals between one-sided gradients: V changes by more than twice itself a radian, so that a
+/// small error of a normal there moves the front far.
+template <class SpeedOf>
+bool beside_slow_face(const Vec3& minus, const Vec3& plus, SpeedOf&& speed_of) {
+    constexpr double kTilt = 0.1, kSteep = 2.0, kSame = 0.1;
+    for (int corner = 0; corner < 8; ++corner) {  // of the box between the gradients, or of its thick axes
+        Vec3 p;
+        bool again = false;
+        for (int axis = 0; axis < 3; ++axis) {
+            const bool thin = std::abs(plus[axis] - minus[axis]) < kSame, end = (corner >> axis & 1) != 0;
+            p[axis] = thin ? 0.5 * (minus[axis] + plus[axis]) : end ? plus[axis] : minus[axis];
+            again = again || (thin && end);
+        }
+        if (again || p.norm() < kSame) continue;
+        const Vec3 normal = p.normalized();
+        const double here = std::abs(speed_of(normal));
+        for (int n = 0; n < 6; ++n) {
+            const Vec3 along = (n % 2 == 0 ? kTilt : -kTilt) * Vec3::Unit(n / 2);
+            const double beside = std::abs(speed_of((normal + along).normalized()));
+            if (std::abs(beside - here) > kSteep * kTilt * std::min(beside, here)) return true;
+        }
+    }
+    return false;
+}
+
+/// H of a crystal from one-sided first differences, which are monotone and so find its slow faces. Lax-Friedrichs beside
+/// those and where phi is a plane; it rounds an edge over as many cells as the fastest wave of any face asks for, so that edges of
+/// other faces take Godunov's flux.
+template <class SpeedOf>
+float crystal(const Vec3& minus, const Vec3& plus, const Vec3& bounds, SpeedOf&& speed_of) {
+    constexpr double kPlane = 0.02;
+    if ((plus - minus).cwiseAbs().maxCoeff() <= kPlane || beside_slow_face(minus, plus, speed_of))
+        return lax_friedrichs(minus, plus, bounds, speed_of);
+    return godunov(minus, plus, speed_of);
+}
+
 /// H by Lax-Friedrichs of a row with a BeamSpeed: H(p) = facing max(0, p . d) + always |p|, with the slopes of
 /// central differences in closed form.
 inline Row beam_row(const std::array<OneSided, 3>& d, float inv_dx, const Vec3& beam, const Row& facing,
@@ -315,10 +351,9 @@ void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* en
                 expanded(minus, plus, in.motion.law.normal[index].template cast<double>(),
                          static_cast<double>(in.first[index]), in.slope[index].template cast<double>(), h[n]))
                 continue;
-            h[n] = bounds.empty()
-                       ? godunov(minus, plus, speed_of)
-                       : lax_friedrichs(minus, plus, bounds[exposed(in.stack, in.motion.extension, index)],
-                                        speed_of);
+            h[n] = bounds.empty() ? godunov(minus, plus, speed_of)
+                                  : crystal(minus, plus,
+                                            bounds[exposed(in.stack, in.motion.extension, index)], speed_of);
             // One sign as in beam_row; layers below do not grow either, see speed_over.
             if (in.motion.law.beam_speed) {
                 const BeamSpeed of =

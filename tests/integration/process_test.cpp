@@ -251,6 +251,19 @@ TEST_CASE("epitaxy without rates grows one a time on <100>, on the crystal alone
     CHECK(blanket("SiO2", step) == Approx(0.0).margin(1e-9));
 }
 
+TEST_CASE("below a square window along <100> no place is deeper than the floor") {
+    const test::Folder folder;
+    const auto outcome = test::run_program(
+        folder.path, "run " + test::config("quick/wet_etch_pit.toml") +
+                         " --set step[0].axis_100=[1.0,0.0,0.0] --set step[0].axis_010=[0.0,1.0,0.0] -o out");
+    INFO(outcome.output);
+    REQUIRE(outcome.exit_code == 0);
+    double lowest = 0.0;
+    for (const Vec3& p : surface::read_mesh(folder.path / "out" / "surface_0002.vtp").vertices)
+        lowest = std::min(lowest, p.z());
+    CHECK(lowest == Approx(-2.0 * 0.797).margin(0.1 * 0.25));  // a tenth of a cell
+}
+
 TEST_CASE("selectivity is the ratio of blanket rates") {
     const std::string step =
         "model = \"single_particle\"\nrate = { Si = -0.3, Mask = -0.06 }\nsticking = 0.5\n";
@@ -426,6 +439,44 @@ measures = ["sidewall_angle"]
         // 0.008 um too far, however fine the grid (0.062 um^2 in all at a spacing of 0.05). The rest is of
         // first order: a small part of a cell.
         CHECK(std::abs(volume / 0.8 - wet::kGroove) < 2.0 * wet::kWall * (0.008 + 0.01 * dx));
+    }
+}
+
+TEST_CASE("walls along <100> come to be vertical and recede below a mask as fast as the floor sinks") {
+    // The etched part is a square beside either edge of the window: 0.797 um/min down and under the mask.
+    const double exact = 4.0 * 0.797;
+    for (const double dx : {0.2, 0.125}) {
+        const Finished strip = run_text(R"([domain]
+extent = [16.0]
+time_unit = "min"
+[[layer]]
+material = "Si"
+[[layer]]
+material = "Mask"
+shape = "trench"
+thickness = 0.6
+width = 6.0
+[[step]]
+model = "wet"
+duration = 4.0
+material = "Si"
+r100 = 0.797
+r110 = 1.455
+r111 = 0.005
+r311 = 1.436
+axis_100 = [1.0, 0.0, 0.0]
+axis_010 = [0.0, 1.0, 0.0]
+[simplify]
+method = "none"
+[metrology]
+measures = ["depth", "sidewall_angle", "undercut"]
+)",
+                                        {"domain.grid_spacing=" + std::to_string(dx)});
+        CAPTURE(dx, strip.metrology("undercut"));
+        CHECK(strip.metrology("depth") == Approx(exact).margin(0.01 * dx));
+        // First order: the wall sets out late by cells, and its foot is round over a few.
+        CHECK(strip.metrology("undercut") == Approx(exact).margin(2.0 * dx));
+        CHECK(strip.metrology("sidewall_angle") == Approx(90.0).margin(20.0 * dx));
     }
 }
 
