@@ -250,6 +250,7 @@ def run_stop_resume(page, found):
     found["frames_while_running"] = sorted(frames)
     # As the run goes on, the view stays where it was turned to, and the page where it was scrolled to.
     page.js("Sidewall.viewer.zoom(0.6); window.scrollTo(0, 150)")
+    page.until("scrollY === 150")
     seen = "[Sidewall.viewer.distance() * Sidewall.viewer.size, scrollY]"
     found["seen_before"], before = page.js(seen), page.js(label)
     let_work(page, lambda: page.js(label) != before)

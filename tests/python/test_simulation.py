@@ -323,7 +323,8 @@ def test_the_interpreter_goes_on_while_a_run_computes():
     "work",
     [
         "sidewall.flux([[0,0,0],[1,0,0],[1,1,0],[0,1,0]], [[0,1,2],[0,2,3]], rays=1e12)",
-        "list(sidewall.Simulation(sidewall.Recipe(sys.argv[1], {'flux.rays': 1_000_000_000}), sys.argv[2]))",
+        "list(sidewall.Simulation(sidewall.Recipe(sys.argv[1], {'flux.rays': 1_000_000_000, "
+        "'flux.method': 'monte-carlo'}), sys.argv[2]))",
     ],
 )
 def test_ctrl_c_ends_long_work_at_once(work, tmp_path):
