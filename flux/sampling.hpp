@@ -40,13 +40,6 @@ inline Vec3 sample_lambertian(const Vec3& normal, double u1, double u2) {
     return direction_around(normal, std::sqrt(u1), std::sqrt(1.0 - u1), u2);
 }
 
-/// sample_lambertian projected into the plane of x and z, in which \p normal lies: uniform in the sine to
-/// it.
-inline Vec3 sample_lambertian_in_plane(const Vec3& normal, double u) {
-    const double sine = 2.0 * u - 1.0, cosine = std::sqrt(1.0 - sine * sine);
-    return Vec3(cosine * normal.x() - sine * normal.z(), 0.0, cosine * normal.z() + sine * normal.x());
-}
-
 /// 24 random bits as a number in (0, 1).
 inline float unit_float(std::uint32_t word) {
     return (static_cast<float>(static_cast<std::int32_t>(word >> 8)) + 0.5f) * 0x1p-24f;

@@ -37,7 +37,9 @@ void note_radiosity(const Recipe& recipe, std::vector<std::string>& notes) {
                                     fmt::join(others, ", ")));
     const double bytes =
         static_cast<double>(flux::exchange_bytes(static_cast<std::uint64_t>(recipe.flux.most_rays())));
-    if (recipe.flux.method == "radiosity" && !recipe.flux.relative_error && bytes > 1e9 * recipe.flux.memory)
+    const bool samples = !is_flat(recipe.domain) || is_axial(recipe.domain);
+    if (recipe.flux.method == "radiosity" && samples && !recipe.flux.relative_error &&
+        bytes > 1e9 * recipe.flux.memory)
         notes.push_back(
             fmt::format("flux.memory = {:g} GB holds {:.2g} of the {:.2g} rays asked for: radiosity "
                         "gathers no more",

@@ -210,11 +210,16 @@ void take_view(Exchange::State& s, RandomKey key) {
 }
 
 void require_few_leaks(const Exchange::State& s) {
-    if (leaks_too_much(s.leaked, s.rays, 3.0))
+    if (!leaks_too_much(s.leaked, s.rays, 3.0)) return;
+    if (s.viewed)
         throw NumericsError(
-            "{} of {} rays went through the surface: it has holes, overlaps, pieces turned inside out that are "
-            "hidden from above or, with periodic sides, opposite ends that do not match",
-            s.leaked, s.rays);
+            "{:.2g} % of all that the profile sees is the back of a facet, or nothing: it has holes, overlaps, pieces "
+            "turned inside out or, with periodic sides, opposite ends that do not match",
+            100.0 * s.view->leaked);
+    throw NumericsError(
+        "{} of {} rays went through the surface: it has holes, overlaps, pieces turned inside out that are "
+        "hidden from above or, with periodic sides, opposite ends that do not match",
+        s.leaked, s.rays);
 }
 
 }  // namespace
@@ -222,6 +227,10 @@ void require_few_leaks(const Exchange::State& s) {
 std::uint64_t exchange_bytes(std::uint64_t rays) {
     // A gather holds its blocks beside the groups, a solve weights of its own.
     return 2 * sizeof(PairSample) * rays;
+}
+
+std::uint64_t view_bytes(std::size_t unknowns) {
+    return 4 * sizeof(double) * unknowns * unknowns;
 }
 
 Exchange::Exchange(const TriangleMesh& mesh, const surface::RayScene& scene, const LateralBox& box,
@@ -236,10 +245,8 @@ Exchange::Exchange(const TriangleMesh& mesh, const surface::RayScene& scene, con
     geometry.straight = geometry.straight && !profile.partner.empty();
     state_ = std::unique_ptr<State>(
         new State{geometry, wedges, std::move(profile), std::move(options), std::move(source_exponents)});
-    const auto unknowns = static_cast<double>(state_->profile.unknowns.count());
-    constexpr double kMatrices = 4.0 * sizeof(double);  // that a view takes at once
     state_->viewed = can_be_viewed(state_->geometry, state_->profile, state_->source_exponents) &&
-                     kMatrices * unknowns * unknowns < static_cast<double>(state_->options.most_bytes);
+                     view_bytes(unknowns()) < state_->options.most_bytes;
 }
 
 void Exchange::gather(std::uint64_t rays) {

@@ -31,6 +31,8 @@ struct ExchangeOptions {
 
 /// Bytes that the samples of \p rays rays take, at most.
 std::uint64_t exchange_bytes(std::uint64_t rays);
+/// Bytes that the matrices of a profile seen whole take, by its unknowns.
+std::uint64_t view_bytes(std::size_t unknowns);
 
 /// Rays an unknown with which the first solve starts: the halves of fewer give no standard errors.
 constexpr double kFirstRays = 12.0;

@@ -3,7 +3,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <numbers>
 #include <utility>
 
 #include "surface/parallel.hpp"
@@ -61,12 +60,6 @@ WedgeMatrix absorption_matrix(const WedgeMatrix& mass, std::span<const double> a
         if (diagonal != nullptr) *diagonal = rest;
     }
     return absorption;
-}
-
-double lobe_scale(double exponent, bool straight) {
-    if (!straight) return 0.5 * (exponent + 1.0);
-    return 2.0 * std::numbers::inv_sqrtpi *
-           std::exp(std::lgamma(0.5 * exponent + 1.0) - std::lgamma(0.5 * (exponent + 1.0)));
 }
 
 WedgeMatrix mass_matrix(const TriangleMesh& mesh, const Wedges& wedges) {
@@ -225,9 +218,9 @@ void BalancedSamples::add(std::span<const double> x, std::span<double> y) const 
     });
 }
 
-std::vector<double> BalancedSamples::direct(double exponent, bool straight) const {
+std::vector<double> BalancedSamples::direct(double exponent) const {
     if (viewed_) return viewed_->direct.at(exponent);
-    const double scale = lobe_scale(exponent, straight);
+    const double scale = lobe_scale(exponent);
     std::vector<double> y(wedges_.count(), 0.0);
     sum_parts(y, [&](const Part& part, double* sums) {
         for_exits(part, [&](std::size_t n, const Ends& a) {

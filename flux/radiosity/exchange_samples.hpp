@@ -45,12 +45,13 @@ struct ExitSample {
     float cosine;  ///< to the vertical, through the source plane; 0 past a side, where no source is
 };
 
-/// A source's law relative to a thermal one is lobe_scale times lobe: (n + 1) / 2 cos^(n - 1), or, of paths turned
-/// into a plane, with their cosine in it, 2 / (integral of cos^n from -pi / 2 to pi / 2) cos^(n - 1).
+/// A source's law relative to a thermal one is lobe_scale times lobe: (n + 1) / 2 cos^(n - 1).
 inline double lobe(double exponent, double cosine) {
     return exponent == 1.0 ? 1.0 : std::pow(cosine, exponent - 1.0);
 }
-double lobe_scale(double exponent, bool straight);
+inline double lobe_scale(double exponent) {
+    return 0.5 * (exponent + 1.0);
+}
 
 /// Independent groups of samples, whose halves give standard errors.
 constexpr std::size_t kSampleGroups = 8;
@@ -87,7 +88,7 @@ class BalancedSamples {
     void add(std::span<const double> x, std::span<double> y) const;
     std::span<const double> diagonal() const { return diagonal_; }
     /// e of a source cos^exponent.
-    std::vector<double> direct(double exponent, bool straight) const;
+    std::vector<double> direct(double exponent) const;
     /// G \p x: what arrives of a surface's emission x.
     std::vector<double> arrivals(std::span<const double> x) const;
 

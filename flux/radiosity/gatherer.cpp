@@ -63,16 +63,6 @@ void barycentric(const Facet& facet, const Vec3& point, bool round, float& u, fl
     v = static_cast<float>(std::clamp((b * aa - a * ab) / determinant, 0.0, 1.0 - static_cast<double>(u)));
 }
 
-// Projects directions of particles from the source into the plane of x and z.
-void turn_into_plane(Rays& rays) {
-    for (std::size_t i = 0; i < rays.count; ++i) {
-        const float share = std::sqrt(rays.dx[i] * rays.dx[i] + rays.dz[i] * rays.dz[i]);
-        rays.dx[i] /= share;
-        rays.dz[i] /= share;
-        rays.dy[i] = 0.0f;
-    }
-}
-
 struct Block {
     Rays rays;
     FlightStarts begun;            // of the rays
@@ -121,11 +111,9 @@ void draw_rays(const Exchange::State& s, RandomKey key, std::uint32_t number, co
         const std::size_t row = r.count;
         Vec3 direction;
         if (job.kind == RayKind::cosine) {
-            direction = densities.straight() ? sample_lambertian_in_plane(facet.normal, first)
-                                             : sample_lambertian(facet.normal, first, second);
+            direction = sample_lambertian(facet.normal, first, second);
         } else {
-            RayDensities::Target target = densities.target(first, second, random.uniform(2));
-            if (densities.straight()) target.point.y() = position.y();
+            const RayDensities::Target target = densities.target(first, second, random.uniform(2));
             const Vec3 way = target.point - position;
             if (!(way.dot(facet.normal) > 0.0 && way.dot(target.normal) < 0.0)) continue;
             direction = way.normalized();
@@ -248,7 +236,6 @@ BlockSamples trace_job(const Exchange::State& s, RandomKey key, std::uint32_t ga
         species.source_exponent = s.densities->exponents()[job.exponent];
         const Batch batch = make_batch(key, number, s.densities->counts().source);
         emit(s.geometry, species, {}, key, batch, job.first, job.count, r);
-        if (s.densities->straight()) turn_into_plane(r);
     } else {
         draw_rays(s, key, number, job, block);
     }

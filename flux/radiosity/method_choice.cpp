@@ -111,7 +111,7 @@ void add_variance(const Exchange::State& s, const DiffuseSpecies& species, const
             own[pair.a] += 0.5 * change * change * squares;
             own[pair.b] += 0.5 * change * change * squares;
         }
-        const double scale = lobe_scale(species.source_exponent, s.geometry.straight);
+        const double scale = lobe_scale(species.source_exponent);
         for (const ExitSample& exit : group.exits) {
             const auto cosine = static_cast<double>(exit.cosine);
             const double source =

@@ -54,6 +54,18 @@ std::optional<std::vector<std::uint32_t>> lowest_twins(const TriangleMesh& mesh,
     return lowest;
 }
 
+// Whether partners have the same corners: those of different materials have not.
+bool agree(const Wedges& wedges, const std::vector<std::uint32_t>& lowest,
+           const std::vector<std::uint32_t>& partner) {
+    for (std::size_t c = 0; c < wedges.corner.size(); ++c) {
+        const std::uint32_t* others = &wedges.corner[3 * std::size_t{partner[c / 3]}];
+        if (std::none_of(others, others + 3,
+                         [&](std::uint32_t other) { return lowest[other] == lowest[wedges.corner[c]]; }))
+            return false;
+    }
+    return true;
+}
+
 }  // namespace
 
 ProfileUnknowns make_profile_unknowns(const Geometry& geometry, const Wedges& wedges) {
@@ -63,7 +75,7 @@ ProfileUnknowns make_profile_unknowns(const Geometry& geometry, const Wedges& we
     if (geometry.straight) {
         auto lowest = lowest_twins(geometry.mesh, wedges);
         auto partner = partners(geometry.mesh);
-        if (lowest && partner) {
+        if (lowest && partner && agree(wedges, *lowest, *partner)) {
             std::uint32_t count = 0;
             for (std::uint32_t w = 0; w < lowest->size(); ++w)
                 profile.unknown[w] = (*lowest)[w] == w ? count++ : profile.unknown[(*lowest)[w]];

@@ -7,7 +7,7 @@
 
 namespace sidewall::flux {
 
-/// Unknowns of a profile, a surface that is the same at all y, for an exchange in the plane of x and z: the two
+/// Unknowns of a profile, a surface that is the same at all y, for its exchange: the two
 /// ends of an edge along y are one unknown, and the two triangles of the rectangle between two such edges one
 /// facet. On a sector (flux/revolution.hpp) both ends of a ring are one unknown, and its segments are facets.
 struct ProfileUnknowns {
@@ -18,7 +18,7 @@ struct ProfileUnknowns {
 };
 
 /// \returns every wedge as an unknown of its own, and no partners, unless \p geometry is straight and its triangles
-///        pair up, or has a revolution.
+///        pair up, each two with the same wedges, or has a revolution.
 /// \note O(n log n).
 ProfileUnknowns make_profile_unknowns(const Geometry& geometry, const Wedges& wedges);
 

@@ -22,7 +22,7 @@ constexpr double kGauss = 0.5 - 0.5 * std::numbers::inv_sqrt3;  // of the unit i
 constexpr double kShort = 0.5;        // segments shorter than this part of the mean have one point
 constexpr double kNarrowest = 1e-12;  // parts, by their sines, that are left out
 constexpr int kMostImages = 8;        // of the profile, either way
-constexpr double kWide = 0.05;        // a part so wide is sampled at two places, else at its middle
+constexpr double kWide = 0.05;        // over a part so wide the place is averaged, else taken at its middle
 
 // A segment as a point sees it: across the normal (x) and along it (z), and the sines between which it is.
 struct Seen {
@@ -42,6 +42,22 @@ struct Seen {
     double place(double s) const {
         const Vec2 towards{s, std::sqrt(std::max(0.0, 1.0 - s * s))};
         return std::clamp(cross(towards, begin) / cross(end - begin, towards), 0.0, 1.0);
+    }
+    // The mean place between two sines. With the foot of the perpendicular from the point, of length h,
+    // places x = h tan(phi) along the segment are integrated over the sine, whose differential is a
+    // combination of cos(phi) and sin(phi) times that of phi.
+    double mean_place(double from_sine, double to_sine) const {
+        const Vec2 way = end - begin;
+        const double length = std::hypot(way.x, way.z), rise = way.z / length;
+        const double foot = (begin.x * way.x + begin.z * way.z) / length;
+        const double height = std::abs(cross(begin, way)) / length, up = (begin.z - foot * rise) / height;
+        const auto integrals = [&](double s) {
+            const double x = place(s) * length + foot, r = std::hypot(x, height);
+            return Vec2{height * (rise * (std::asinh(x / height) - x / r) - up * height / r),
+                        up * x / r - rise * height / r};
+        };
+        const Vec2 sum = integrals(to_sine) - integrals(from_sine);
+        return std::clamp((sum.x / sum.z - foot) / length, 0.0, 1.0);
     }
 };
 
@@ -240,19 +256,20 @@ double ahead(const Outline& outline, std::uint32_t own) {
     return nearest;
 }
 
-// Two a segment by Gauss' rule, but one in the middle of short ones, and more on those that are long beside
-// the distance to what they face.
+// Two a segment by Gauss' rule, but one in the middle of short ones, and more where segments are few or long
+// beside the distance to what they face.
 std::vector<Point> points_on(const Outline& outline, std::size_t sources) {
-    constexpr double kMostPieces = 16.0;
+    constexpr double kMostPieces = 16.0, kLeastOfAll = 64.0;
     const std::vector<Segment>& segments = outline.segments;
     double mean = 0.0;
     for (const Segment& one : segments) mean += one.area / static_cast<double>(segments.size());
+    const double least = std::min(kMostPieces, std::ceil(kLeastOfAll / static_cast<double>(segments.size())));
     std::vector<Point> points;
     for (std::uint32_t i = 0; i < segments.size(); ++i) {
         const double area = segments[i].area;
         const Vec2 way = outline.points[segments[i].end[1]] - outline.points[segments[i].end[0]];
         const double pieces =
-            std::clamp(std::ceil(0.5 * std::hypot(way.x, way.z) / ahead(outline, i)), 1.0, kMostPieces);
+            std::clamp(std::ceil(0.5 * std::hypot(way.x, way.z) / ahead(outline, i)), least, kMostPieces);
         const auto add = [&](double along, double share) {
             points.push_back({i, along, share * area, 0.0, 0.0, std::vector<double>(sources)});
         };
@@ -263,6 +280,13 @@ std::vector<Point> points_on(const Outline& outline, std::size_t sources) {
                 for (const double along : {kGauss, 1.0 - kGauss}) add((piece + along) / pieces, 0.5 / pieces);
     }
     return points;
+}
+
+// A source cos^n relative to a thermal one, by the angle of paths that are projected into the plane: this
+// times cos^(n - 1), namely 2 over the integral of cos^n from -pi / 2 to pi / 2.
+double lobe_scale_in_plane(double n) {
+    return 2.0 * std::numbers::inv_sqrtpi *
+           std::exp(std::lgamma(0.5 * n + 1.0) - std::lgamma(0.5 * (n + 1.0)));
 }
 
 // Adds the sky between two sines, by Gauss' rule between the \p angles.
@@ -289,24 +313,17 @@ void add_sky(const View& view, double from, double to, std::span<const double> e
             const double width = bounds[i + 1] - bounds[i], angle = bounds[i] + place * width;
             const double rise = std::cos(angle - vertical);
             for (std::size_t n = 0; n < exponents.size() && rise > 0.0; ++n)
-                found.direct[n] += 0.25 * width * std::cos(angle) * lobe_scale(exponents[n], true) *
+                found.direct[n] += 0.25 * width * std::cos(angle) * lobe_scale_in_plane(exponents[n]) *
                                    lobe(exponents[n], rise);
         }
 }
 
 // Adds what is seen of a segment to the row of unknowns.
-void add_part(const Seen& seen, double from, double width, const Segment& segment, double* row) {
-    const auto add = [&](double at, double share) {
-        const double along = seen.place(from + at * width);
-        row[segment.unknown[0]] += share * (1.0 - along);
-        row[segment.unknown[1]] += share * along;
-    };
-    if (width < kWide) {
-        add(0.5, 0.5 * width);
-        return;
-    }
-    add(kGauss, 0.25 * width);
-    add(1.0 - kGauss, 0.25 * width);
+void add_part(const Seen& seen, double from, double to, const Segment& segment, double* row) {
+    const double share = 0.5 * (to - from);
+    const double along = to - from < kWide ? seen.place(0.5 * (from + to)) : seen.mean_place(from, to);
+    row[segment.unknown[0]] += share * (1.0 - along);
+    row[segment.unknown[1]] += share * along;
 }
 
 }  // namespace
@@ -343,7 +360,7 @@ ProfileView view_profile(const Geometry& geometry, const ProfileUnknowns& profil
             if (seen != nullptr && seen->is_back)
                 point.leaked += 0.5 * (to - from);
             else if (seen != nullptr)
-                add_part(*seen, from, to - from, segments[seen->segment], row);
+                add_part(*seen, from, to, segments[seen->segment], row);
             else
                 add_sky(view, from, to, exponents, angles, bounds, point);
         });

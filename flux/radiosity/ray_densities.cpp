@@ -68,15 +68,10 @@ Distribution::Pick Distribution::pick(double u) const {
 
 RayDensities::RayDensities(const Geometry& geometry, const ProfileUnknowns& profile,
                            std::vector<double> exponents)
-    : box_(geometry.box),
-      top_(geometry.top),
-      straight_(geometry.straight),
-      width_(geometry.box.max[1] - geometry.box.min[1]),
-      exponents_(std::move(exponents)),
-      partner_(profile.partner) {
+    : box_(geometry.box), top_(geometry.top), exponents_(std::move(exponents)), partner_(profile.partner) {
     const TriangleMesh& mesh = geometry.mesh;
     const Wedges& wedges = profile.unknowns;
-    for (const double exponent : exponents_) lobes_.push_back(lobe_scale(exponent, straight_));
+    for (const double exponent : exponents_) lobes_.push_back(lobe_scale(exponent));
     facets_.resize(mesh.triangles.size());
     for (std::size_t t = 0; t < facets_.size(); ++t) {
         const auto vertex = [&](std::size_t k) -> Vec3 {
@@ -90,7 +85,8 @@ RayDensities::RayDensities(const Geometry& geometry, const ProfileUnknowns& prof
         facet.area = triangle_area(mesh, t);
     }
     // A sector stands for a share of the turn: so densely connections from it end all around.
-    if (round()) image_share_[image_share_.size() / 2] = share_of_turn(width_, box_.max[0]);
+    if (round())
+        image_share_[image_share_.size() / 2] = share_of_turn(box_.max[1] - box_.min[1], box_.max[0]);
     order_ = along_curve(mesh, bounding_box(mesh));
     item_of_.resize(order_.size());
     for (std::size_t i = 0; i < order_.size(); ++i) item_of_[order_[i]] = static_cast<std::uint32_t>(i);
@@ -133,10 +129,12 @@ void RayDensities::set_starts(std::span<const double> variance) {
     for (std::size_t i = 0; i < order_.size() && total > 0.0; ++i)
         start_share_[order_[i]] = 0.5 * even_share_[order_[i]] + 0.5 * best[i] / total;
     // What starts on a segment is spread over its area, whichever triangle it is on.
-    for (std::uint32_t t = 0; round() && t + 1 < facets_.size(); t += 2) {
+    for (std::uint32_t t = 0; t < partner_.size(); ++t) {
+        const std::uint32_t other = partner_[t];
+        if (other < t) continue;
         const double share =
-            (start_share_[t] + start_share_[t + 1]) / (facets_[t].area + facets_[t + 1].area);
-        start_share_[t] = share * facets_[t].area, start_share_[t + 1] = share * facets_[t + 1].area;
+            (start_share_[t] + start_share_[other]) / (facets_[t].area + facets_[other].area);
+        start_share_[t] = share * facets_[t].area, start_share_[other] = share * facets_[other].area;
     }
     std::vector<double> weights(order_.size());
     for (std::size_t i = 0; i < order_.size(); ++i) weights[i] = start_share_[order_[i]];
@@ -244,7 +242,7 @@ void RayDensities::set_openings(std::span<const double> exits) {
     const double even = 1.0 / static_cast<double>(opening_.size());
     for (std::size_t i = 0; i < opening_.size(); ++i)
         opening_[i] = total > 0.0 ? 0.1 * even + 0.9 * exits[i] / total : even;
-    for (std::size_t column = 0; (straight_ || round()) && column < kCells; ++column) {  // whatever y
+    for (std::size_t column = 0; round() && column < kCells; ++column) {  // whatever y
         double sum = 0.0;
         for (std::size_t row = 0; row < kCells; ++row) sum += opening_[row * kCells + column];
         for (std::size_t row = 0; row < kCells; ++row) opening_[row * kCells + column] = sum / kCells;

@@ -83,8 +83,6 @@ class RayDensities {
     void set_relays(std::span<const double> lit, std::span<const double> kept);
 
     const std::vector<Facet>& facets() const { return facets_; }
-    /// Whether rays fly in the plane of x and z.
-    bool straight() const { return straight_; }
     /// Whether the surface is a sector, whose rays fly in space: what starts in it ends anywhere around.
     bool round() const { return box_.axial; }
     /// Whether two triangles are one facet.
@@ -110,10 +108,9 @@ class RayDensities {
     int image_of(const Vec3& point) const;
 
     /// The inverse of the exchange K between two points at distance \p length with this product of \p cosines: pi
-    /// r^2 / (cos cos), or 2 r w / (cos cos) over a profile of width w.
-    double form(double length, double cosines) const {
-        const double around = straight_ ? 2.0 * width_ : std::numbers::pi * length;
-        return around * length / std::max(1e-12, cosines);
+    /// r^2 / (cos cos).
+    static double form(double length, double cosines) {
+        return std::numbers::pi * length * length / std::max(1e-12, cosines);
     }
     /// Weight of a ray between two triangles, see form.
     double pair_weight(std::uint32_t a, std::uint32_t b, int image, double form) const {
@@ -140,8 +137,6 @@ class RayDensities {
 
     const LateralBox box_;
     const double top_;
-    const bool straight_;
-    const double width_;
     std::vector<double> exponents_, lobes_;  // lobe_scale of each
     std::vector<Facet> facets_;
     std::vector<std::uint32_t> order_, item_of_;    // triangles along a space-filling curve, and back

@@ -48,8 +48,7 @@ void aim(const Geometry& geometry, const RayDensities& densities, RandomKey key,
         for (std::uint32_t i = 0; i < kResidualDirections; ++i) {
             const double first = unit_double(owen_scrambled(reversed_bits(i), scramble[0], scramble[1])),
                          second = unit_double(owen_scrambled(sobol_second(i), scramble[2], scramble[3]));
-            const Vec3 direction = densities.straight() ? sample_lambertian_in_plane(facet.normal, first)
-                                                        : sample_lambertian(facet.normal, first, second);
+            const Vec3 direction = sample_lambertian(facet.normal, first, second);
             for (const Vec3& point : points) {
                 const std::size_t row = rays.count++;
                 rays.set(row, point, direction);
@@ -208,7 +207,7 @@ double bend_factor(const Geometry& geometry, const ProfileUnknowns& profile, con
     constexpr double kLeast = 0.25;  // the square of: slopes that noise makes steeper are off by no more
     const std::size_t count = residual.edges.size();
     if (count < kFewest) return 1.0;
-    source *= lobe_scale(exponent, geometry.straight);
+    source *= lobe_scale(exponent);
     std::vector<double> seen(count), said(count);
     for (std::size_t i = 0; i < count; ++i) {
         const ResidualEdge& edge = residual.edges[i];

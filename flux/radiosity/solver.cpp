@@ -159,7 +159,7 @@ Solver::Answer Solver::solve(std::uint32_t groups, std::span<const double> guess
     const CoarseGridSolver* coarse = std::popcount(groups) > 1 ? &*coarse_ : nullptr;
     const BalancedSamples& samples = s_.balanced(groups);
     const Balance balance(samples, absorption_);
-    Values right = samples.direct(species_.source_exponent, s_.geometry.straight);
+    Values right = samples.direct(species_.source_exponent);
     for (double& value : right) value *= species_.source;
     if (!emission_.empty()) {
         const Values arriving = samples.arrivals(emission_);

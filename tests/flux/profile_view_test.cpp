@@ -168,6 +168,26 @@ TEST_CASE("radiosity by a view is exact radiosity in a trench, without an error 
     }
 }
 
+TEST_CASE("facets whose two triangles are of two materials are no profile's, and have fluxes all the same") {
+    const TriangleMesh mesh = extrude(trench_profile(2.0, 0.5, kCuts, kCuts), 0.05);
+    const surface::RayScene scene(mesh);
+    std::vector<std::int32_t> materials(mesh.triangles.size(), 0);
+    std::fill(materials.begin() + 2 * (std::ssize(materials) / 4) + 1, materials.end(), 1);
+    const Wedges wedges = make_wedges(mesh, materials);
+    Exchange exchange(mesh, scene, lateral_box(mesh, {Boundary::reflective, Boundary::periodic}), wedges,
+                      {1.0});
+    CHECK_FALSE(exchange.is_viewed());
+    exchange.gather(40'000);
+    const std::vector<double> sticking(wedges.count(), 0.1);
+    const RadiosityFlux flux = solve_flux(exchange, {.sticking = sticking});
+    const Wedges whole = make_wedges(mesh);
+    Exchange viewed(mesh, scene, lateral_box(mesh, {Boundary::reflective, Boundary::periodic}), whole, {1.0});
+    viewed.gather(1);
+    const RadiosityFlux exact = solve_flux(viewed, {.sticking = std::span(sticking).first(whole.count())});
+    CHECK(viewed.is_viewed());
+    CHECK(exact.absorbed == Approx(flux.absorbed).epsilon(0.01));
+}
+
 TEST_CASE(
     "a floor under a plate with slots is seen past many images of either side, and shines through none") {
     // The plate floats half its slots' width above the floor: far down each direction the floor and the plate

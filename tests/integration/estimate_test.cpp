@@ -67,6 +67,14 @@ TEST_CASE("what a run takes in time steps and rays and memory is estimated to a 
     }
 }
 
+TEST_CASE("a profile's exchange without noise is estimated as what the run takes: no rays") {
+    const app::Estimate estimate =
+        app::estimate_run(app::load_recipe(SIDEWALL_SOURCE_DIR "/configs/quick/trench_profile.toml"));
+    CHECK(estimate.rays == 0.0);
+    REQUIRE(estimate.methods.size() == 1);
+    CHECK_THAT(estimate.methods.front(), Catch::Contains("a profile's exchange has no noise"));
+}
+
 TEST_CASE("an estimate says if radiosity's rays do not reach the relative error asked for") {
     const auto short_of = [](const std::string& error) {
         return app::estimate_run(app::load_recipe(SIDEWALL_SOURCE_DIR "/configs/quick/ald_hole.toml",

@@ -47,8 +47,8 @@ SurfaceFlux split_at_creases(const levelset::MaterialStack& stack, TracedSurface
     parts.materials.resize(mesh.triangles.size());
     const levelset::FacePoints faces(mesh);
     tbb::parallel_for(std::size_t{0}, parts.materials.size(), [&](std::size_t t) {
-        // Both triangles of a round profile's segment are of one.
-        parts.materials[t] = levelset::exposed_material(stack, faces.of(domain.axial ? t - t % 2 : t));
+        // Both triangles of a profile's segment are of one.
+        parts.materials[t] = levelset::exposed_material(stack, faces.of(is_profile(domain) ? t - t % 2 : t));
     });
     parts.wedges = flux::make_wedges(surface.flown(), parts.materials);
     if (surface.sector) flux::join_rings(*surface.sector, parts.wedges);

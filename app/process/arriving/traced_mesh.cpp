@@ -50,11 +50,6 @@ void mark_sharp_edges(const TriangleMesh& raw, std::vector<std::uint8_t>& flags)
         for (std::size_t v = 0; v < flags.size(); ++v) flags[v] |= edge->values[v] != 0.0;
 }
 
-// Whether a wafer is one cell thick along y.
-bool is_profile(const levelset::Domain& domain) {
-    return domain.cells[1] == 1 && domain.side[1] == levelset::Side::periodic;
-}
-
 // The mesh's outline on the side of least y, extruded to the opposite side: one radiosity unknown serves all
 // y.
 TriangleMesh extruded_side(const TriangleMesh& mesh, const levelset::Domain& domain) {
@@ -120,6 +115,10 @@ std::vector<std::uint8_t> features_of(const Recipe& recipe, const levelset::Mate
 
 }  // namespace
 
+bool is_profile(const levelset::Domain& domain) {
+    return domain.cells[1] == 1 && domain.side[1] == levelset::Side::periodic;
+}
+
 TracedSurface extract(const levelset::MaterialStack& stack, double time, Timing& timing,
                       surface::SharpEdges edges) {
     const PhaseClock clock(timing.extract);
@@ -178,10 +177,7 @@ void simplify(const Recipe& recipe, const Model& model, const levelset::Material
     mark_sharp_edges(surface.raw, fixed);  // long chords would narrow round rims
     options.fixed = fixed;
     TriangleMesh mesh = simplify::simplify(surface.raw, features, options).mesh;
-    surface.simplified =
-        is_profile(stack.domain) && (stack.domain.axial || recipe.flux.method != "monte-carlo")
-            ? extruded_side(mesh, stack.domain)
-            : std::move(mesh);
+    surface.simplified = is_profile(stack.domain) ? extruded_side(mesh, stack.domain) : std::move(mesh);
 }
 
 std::vector<double> resolving_lengths(const SurfaceField& carried, const TriangleMesh& mesh, double change,

@@ -11,6 +11,9 @@
 
 namespace sidewall::app {
 
+/// Whether a wafer is one cell thick along y: the triangles of its meshes are pairs, rectangles between its two sides.
+bool is_profile(const levelset::Domain& domain);
+
 /// Extracts the stack's surface, with its pieces and the sides of the domain. Nothing is traced yet.
 /// \param time   since the step began.
 /// \throws NumericsError if nothing is left of it.

@@ -92,8 +92,14 @@ void count_solved(const PilotRequest& e, double seconds, double path_rays, doubl
         pilot.error = std::max(pilot.error, error);
         note_error(e, trace.methods[k].species, solved, error, asked.errors[k], pilot);
     }
-    pilot.rays = needed / pilot.later + passes * paths_needed;  // gathered once for all traces
-    pilot.exchange_bytes = static_cast<double>(flux::exchange_bytes(static_cast<std::uint64_t>(needed)));
+    pilot.rays = passes * paths_needed;
+    if (noisy) {
+        pilot.rays += needed / pilot.later;  // gathered once for all traces
+        pilot.exchange_bytes = static_cast<double>(flux::exchange_bytes(static_cast<std::uint64_t>(needed)));
+    } else {
+        const std::size_t wedges = pilot.surface.arriving->wedges.count();
+        pilot.exchange_bytes = static_cast<double>(flux::view_bytes(wedges / 2));
+    }
     pilot.seconds = std::max(0.0, seconds / pilot.later - path_seconds) * needed / gathered +
                     path_seconds * paths_needed / path_rays;
 }
@@ -128,7 +134,9 @@ Pilot trace_pilot(const PilotRequest& e, const Model& model) {
     const double few = std::min(most, 1e4);
     probe.flux.relative_error.reset();
     probe.flux.rays = static_cast<std::int64_t>(few);
-    if (probe.flux.method == "auto") probe.flux.method = "monte-carlo";
+    // A profile's fluxes without noise give the mesh that the run will trace.
+    const bool profile = is_flat(probe.domain) && !is_axial(probe.domain);
+    if (probe.flux.method == "auto") probe.flux.method = profile ? "radiosity" : "monte-carlo";
     if (probe.simplify.method == "auto") {
         const auto triangles = static_cast<double>(levelset::extract_surface(e.stack).triangles.size());
         const bool coarse =
