@@ -174,11 +174,11 @@ TEST_CASE("the files of tetrahedra hold what was made, and VTK and Gmsh read the
     const std::string vtu = test::read_bytes(folder.path / "1.vtu");
     const auto points = vtu_array<double>(vtu, "Points");
     REQUIRE(points.size() == 3 * mesh.vertices.size());
-    // To the bit but for what should be 0 and is 1e-22, in another process than this one.
+    // To rounding: these tests and the program may each have their own compilation of Eigen's solvers.
     for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
         REQUIRE((Vec3(points[3 * v], points[3 * v + 1], points[3 * v + 2]) - mesh.vertices[v])
                     .cwiseAbs()
-                    .maxCoeff() < 1e-20);
+                    .maxCoeff() < 1e-14);
     const auto types = vtu_array<std::uint8_t>(vtu, "types");
     const auto corners = vtu_array<std::int64_t>(vtu, "connectivity"),
                ends = vtu_array<std::int64_t>(vtu, "offsets");
