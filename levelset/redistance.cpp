@@ -152,7 +152,10 @@ void solve_row(const float* v, float inv_dx, float dx, float background, Row& ou
             float weight = second ? 1.5f : 1.0f;  // (3 u - 4 near + far) / 2
             float arrival = second ? (4.0f * near - far) * (1.0f / 3.0f) : near;
             if constexpr (kinks) {
-                const float bend = own - 2.0f * near + far, beyond = next - 2.0f * own + near;
+                // Along an axis a distance rises by a cell at most: a next node that lies farther off has not
+                // been solved yet.
+                const float bend = own - 2.0f * near + far,
+                            beyond = std::min(next, own + 1.0f) - 2.0f * own + near;
                 // Share of the second-order difference. Where the next node is not known yet, a far one on
                 // the front may be the edge of another body. Bends that rounding makes are none. Without a
                 // branch, so that eight nodes are solved at once.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <unordered_map>
+#include <utility>
 
 #include "surface/topology.hpp"
 
@@ -119,8 +120,9 @@ std::vector<Triangle> parts_of(const TriangleMesh& mesh, const Triangle& t, cons
     return parts;
 }
 
-void merge_near(const TriangleMesh& mesh, double distance, EdgePoints& points) {
+void merge_near(TriangleMesh& mesh, double distance, EdgePoints& points) {
     surface::DisjointSets sets(mesh.vertices.size());
+    std::vector<std::uint8_t> met(mesh.vertices.size(), 0);  // a point on the mesh's boundary once
     const std::vector<std::uint8_t> ends = divided_ends(mesh, points);
     for (const Triangle& t : mesh.triangles) {
         if (is_whole(t, ends)) continue;
@@ -129,12 +131,16 @@ void merge_near(const TriangleMesh& mesh, double distance, EdgePoints& points) {
             const auto found = points.find(divided_edge(t[k], t[(k + 1) % 3]));
             if (found == points.end()) continue;
             const std::uint32_t point = found->second;
+            ++met[point];
             if (last != kNone && (mesh.vertices[point] - mesh.vertices[last]).norm() < distance)
                 sets.join(point, last);
             last = point;
         }
     }
-    for (auto& [edge, point] : points) point = sets.root(point);
+    for (auto& [edge, point] : points) {
+        const std::uint32_t own = std::exchange(point, sets.root(point));
+        if (met[own] == 1) mesh.vertices[point] = mesh.vertices[own];
+    }
 }
 
 void drop_folds(const TriangleMesh& mesh, double least_cosine, EdgePoints& points) {

@@ -33,8 +33,8 @@ inline std::size_t most_parts(std::size_t whole, const EdgePoints& points) {
 }
 
 /// Makes one of the points on a triangle's edges that lie nearer than \p distance to each other, so that no part between
-/// them is without area.
-void merge_near(const TriangleMesh& mesh, double distance, EdgePoints& points);
+/// them is without area. It lies on the mesh's boundary if one of them did.
+void merge_near(TriangleMesh& mesh, double distance, EdgePoints& points);
 
 /// Leaves out points that would fold the mesh: that would turn a part of a triangle over, so that the normals make an
 /// angle whose cosine is below \p least_cosine or the part has no area, or lay a part on its neighbour. On a fold no

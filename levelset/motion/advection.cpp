@@ -107,11 +107,12 @@ void stage(Stages& stages, const std::vector<const std::int32_t*>& samples, cons
 }
 
 // The nodes of each leaf at the edge of a body that etches, near enough to the front to be held: of those
-// farther off re-distancing knows as much.
+// farther off re-distancing knows as much. Nearer than that it would not: next to the edge distances have a
+// kink at the front, and deep in a thin mask they are those from its other face.
 std::vector<Nodes> nodes_at_edges(const std::vector<Leaf*>& leaves,
                                   const std::vector<const std::int32_t*>& samples,
                                   const SampleSpeeds& speeds) {
-    constexpr double kHeldCells = 1.5;
+    constexpr double kHeldCells = 2.5;
     const auto farthest =
         -(static_cast<float>(kHeldCells) + kTie) * static_cast<float>(speeds.stack.domain.spacing);
     std::vector<Nodes> held(samples.size());

@@ -130,17 +130,21 @@ SampleSpeeds sample_speeds(const MaterialStack& stack, const Motion& motion, Sch
         });
     } else if (motion.law.beam_speed && scheme == Scheme::lax_friedrichs && motion.law.dissipation.empty()) {
         speeds.second.resize(count);
-        each_sample<BeamSpeed>(stack, motion, motion.law.beam_speed,
-                               [&](std::size_t n, std::size_t layer, const BeamSpeed& v) {
-                                   const double etch = std::max({0.0, -v.always, -v.facing - v.always});
-                                   if (etch > 0.0 && !stays(stack, motion, n, layer, etch * duration)) {
-                                       speeds.way[n] = Way::general;
-                                       return;
-                                   }
-                                   speeds.first[n] = static_cast<float>(v.facing);
-                                   speeds.second[n] = static_cast<float>(v.always);
-                                   if (v.facing != 0.0 || v.always != 0.0) speeds.way[n] = Way::beam;
-                               });
+        const auto set = [&](std::size_t n, std::size_t layer, const BeamSpeed& v) {
+            const double etch = std::max({0.0, -v.always, -v.facing - v.always});
+            speeds.way[n] = v.facing == 0.0 && v.always == 0.0                               ? Way::still
+                            : etch > 0.0 && !stays(stack, motion, n, layer, etch * duration) ? Way::general
+                                                                                             : Way::beam;
+            speeds.first[n] = static_cast<float>(v.facing);
+            speeds.second[n] = static_cast<float>(v.always);
+        };
+        each_sample<BeamSpeed>(stack, motion, motion.law.beam_speed, set);
+        // Nodes at the edge of a body sink with it, as the floor beside them does.
+        surface::parallel_each(motion.extension.body.size(), 1024, [&](std::size_t k) {
+            const std::size_t n = motion.extension.plain() + k, body = motion.extension.body[k];
+            const BeamSpeed v = motion.law.beam_speed(n, body);
+            if (v.facing < 0.0 && v.always <= 0.0) set(n, body, v);
+        });
     } else {
         const std::vector<Eigen::Vector3f>& normals = motion.law.normal;
         speeds.slope.resize(normals.size(), Eigen::Vector3f::Zero());

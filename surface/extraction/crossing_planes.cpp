@@ -61,8 +61,6 @@ class PlanesAt {
         const int u = (axis_ + 1) % 3, v = (axis_ + 2) % 3;
         if (!known_) across_ = {slopes(value_, node_, u), slopes(value_, node_, v)};
         known_ = true;
-        std::array<Candidate, 9> all;
-        std::size_t count = 0;
         Candidate best, other;
         for (const Slope& su : across_[0])
             for (const Slope& sv : across_[1]) {
@@ -71,23 +69,17 @@ class PlanesAt {
                 Vec3 g;
                 g[axis_] = along.value, g[u] = su.value, g[v] = sv.value;
                 const double off = std::abs(g.norm() - 1.0);
-                const Candidate here = all[count++] = {g, bend + 0.5 * off, bend + 2.0 * off};
-                if (here.cost < best.cost)  // never with NaN
+                const Candidate here{g, bend + 0.5 * off, bend + 2.0 * off};
+                const bool is_better = here.cost < best.cost;  // never with NaN
+                if ((g - best.gradient).norm() <= kTie)        // the same plane, found twice
+                    best = is_better ? here : best;
+                else if (is_better)
                     other = std::exchange(best, here);
                 else if (here.cost < other.cost)
                     other = here;
             }
         best.on_edge = other.cost < best.cost + kAsGood && best.gradient.dot(other.gradient) < kApart;
-        if (best.on_edge) return best;
-        // A plane may be found twice: the first as good that is another counts, for a mirrored wafer's own
-        // would be that one.
-        Candidate apart;
-        for (std::size_t n = 0; n < count; ++n)
-            if (all[n].cost < apart.cost && (all[n].gradient - best.gradient).norm() > kTie) apart = all[n];
-        if (apart.cost < best.cost + kTie) {
-            best.on_edge = best.gradient.dot(apart.gradient) < kApart;
-            if (!best.on_edge) best = mean_of(best, apart);
-        }
+        if (!best.on_edge && other.cost < best.cost + kTie) best = mean_of(best, other);
         return best;
     }
 
