@@ -210,28 +210,38 @@ TEST_CASE("the directional etch of a hole has straight walls, its closed-form fl
     CHECK(mask / result.dx < 0.1);
 }
 
-TEST_CASE("the floor of a directional etch is flat up to its walls, wherever these lie on the grid") {
+TEST_CASE(
+    "the floor of a directional etch is flat up to its walls, which are straight, wherever these lie on the grid") {
+    // A beam alone, and one with an isotropic part, from which each wall recedes as soon as it is bare.
+    const double sideways = GENERATE(0.0, 0.1);
     for (const double dx : {5.0, 2.5})
-        for (const double off : {0.0, 0.13, 0.4, 0.5}) {
+        for (const double off : {0.0, 0.06, 0.1, 0.13, 0.4, 0.5, 0.7, 0.8, 0.87}) {
             const app::Recipe recipe = app::parse_recipe(
                 fmt::format(
                     "[domain]\nextent = [200.0]\ngrid_spacing = {}\nlength_unit = \"nm\"\n"
                     "boundary = \"reflective\"\n[[layer]]\nmaterial = \"Si\"\n[[layer]]\n"
                     "material = \"Mask\"\nshape = \"trench\"\nthickness = 50.0\ndepth = 50.0\nwidth = {}\n"
                     "[[step]]\nmodel = \"directional\"\nduration = 300.0\n"
-                    "directional = {{ Si = -1.0, Mask = 0.0 }}\n",
-                    dx, 100.0 + 2.0 * off * dx),
+                    "directional = {{ Si = {}, Mask = 0.0 }}\nisotropic = {{ Si = {}, Mask = 0.0 }}\n",
+                    dx, 100.0 + 2.0 * off * dx, sideways - 1.0, -sideways),
                 "floor.toml");
             const test::Folder folder;
             const app::RunResult result = app::run_recipe(recipe, {.output = folder.path, .quiet = true});
-            INFO("dx " << dx << ", walls " << off << " cells beside nodes");
-            int floor = 0;
+            INFO("dx " << dx << ", walls " << off << " cells beside nodes, sideways " << sideways);
+            int floor = 0, wall = 0;
             for (const Vec3& p : result.surface.vertices) {
-                CHECK(p.z() > -300.0 - 0.15 * dx);  // the corner itself, in the last cell
-                if (std::abs(p.x()) > 50.0 + (off - 1.5) * dx) continue;
-                CHECK(std::abs(p.z() + 300.0) < 0.02 * dx);
-                ++floor;
+                const double x = std::abs(p.x()) - (50.0 + off * dx), up = p.z() + 300.0;
+                CHECK(up > (sideways > 0.0 ? -0.15 : -0.02) * dx);  // the foot, in the last cell
+                if (x < -0.4 * dx) {
+                    CHECK(std::abs(up) < (sideways > 0.0 ? 0.06 : 0.02) * dx);
+                    ++floor;
+                }
+                if (up > 2.0 * dx && p.z() < -2.0 * dx) {
+                    CHECK(x == Approx(sideways * up).margin((sideways > 0.0 ? 0.35 : 0.1) * dx));
+                    ++wall;
+                }
             }
             CHECK(floor > 10);
+            CHECK(wall > 40);
         }
 }

@@ -46,8 +46,9 @@ inline RadiusError radius_error(const TriangleMesh& mesh, double radius) {
 }
 
 /// What lies between z = 0 and the front, above less below.
-inline double volume_above_zero(const levelset::Grid& grid, const levelset::Domain& domain) {
-    const TriangleMesh mesh = levelset::extract_surface(grid, domain);
+inline double volume_above_zero(const levelset::Grid& grid, const levelset::Domain& domain,
+                                surface::SharpEdges edges = surface::SharpEdges::none) {
+    const TriangleMesh mesh = levelset::extract_surface(grid, domain, edges);
     double sum = 0;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
         sum += 0.5 * area_vector(mesh, t).z() * triangle_centroid(mesh, t).z();
