@@ -18,7 +18,7 @@ namespace {
 // but thin films in profiles by up to 1.5 times, films that close an opening there by 2.4 times, and widths
 // at a depth by up to three times as much.
 double at_worst_place(const Recipe& recipe) {
-    return is_flat(recipe.domain) && !is_axial(recipe.domain) ? 2.0 : 1.3;
+    return is_plane_profile(recipe.domain) ? 2.0 : 1.3;
 }
 // Models are not linear: noise above this would shift what they yield. At 0.08 the polymer of a Bosch hole
 // opened where noise had thinned it.

@@ -37,7 +37,7 @@ void note_radiosity(const Recipe& recipe, std::vector<std::string>& notes) {
                                     fmt::join(others, ", ")));
     const double bytes =
         static_cast<double>(flux::exchange_bytes(static_cast<std::uint64_t>(recipe.flux.most_rays())));
-    const bool samples = !is_flat(recipe.domain) || is_axial(recipe.domain);
+    const bool samples = !is_plane_profile(recipe.domain);
     if (recipe.flux.method == "radiosity" && samples && !recipe.flux.relative_error &&
         bytes > 1e9 * recipe.flux.memory)
         notes.push_back(

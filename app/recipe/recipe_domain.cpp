@@ -45,6 +45,10 @@ bool is_axial(const DomainSection& domain) {
     return domain.symmetry == Symmetry::axial;
 }
 
+bool is_plane_profile(const DomainSection& domain) {
+    return is_flat(domain) && !is_axial(domain);
+}
+
 void check_symmetry(const DomainSection& domain) {
     if (!is_axial(domain)) return;
     if (domain.extent[1] != 0.0)
@@ -97,7 +101,7 @@ bool runs_as_profile(const Recipe& recipe) {
 }
 
 double width_of_strip(const Recipe& recipe) {
-    if (!is_flat(recipe.domain) || is_axial(recipe.domain)) return 1.0;
+    if (!is_plane_profile(recipe.domain)) return 1.0;
     const double cell = domain_of(recipe).spacing, width = recipe.domain.extent[1];
     return width > 0.0 ? cell / width : cell;
 }

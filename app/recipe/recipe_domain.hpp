@@ -15,6 +15,9 @@ bool is_flat(const DomainSection& domain);
 /// Whether it is that of a round wafer, see DomainSection::symmetry.
 bool is_axial(const DomainSection& domain);
 
+/// Whether it is a profile of what is the same all along y.
+bool is_plane_profile(const DomainSection& domain);
+
 /// Checks that a round wafer's domain has one extent and mirrors.
 /// \throws KeyError saying what would work.
 void check_symmetry(const DomainSection& domain);

@@ -135,8 +135,8 @@ Pilot trace_pilot(const PilotRequest& e, const Model& model) {
     probe.flux.relative_error.reset();
     probe.flux.rays = static_cast<std::int64_t>(few);
     // A profile's fluxes without noise give the mesh that the run will trace.
-    const bool profile = is_flat(probe.domain) && !is_axial(probe.domain);
-    if (probe.flux.method == "auto") probe.flux.method = profile ? "radiosity" : "monte-carlo";
+    if (probe.flux.method == "auto")
+        probe.flux.method = is_plane_profile(probe.domain) ? "radiosity" : "monte-carlo";
     if (probe.simplify.method == "auto") {
         const auto triangles = static_cast<double>(levelset::extract_surface(e.stack).triangles.size());
         const bool coarse =
