@@ -164,6 +164,8 @@ void prepare(Exchange::State& s) {
     const auto count = static_cast<Eigen::Index>(s.aggregates.count);
     s.aggregate_exchange.fill(Eigen::MatrixXd::Zero(count, count));
     s.densities.emplace(s.geometry, s.profile, s.source_exponents);
+    if (s.geometry.revolution)
+        s.sky = sky_of_rings(s.geometry, s.profile, s.source_exponents, s.options.stop);
 }
 
 // Sets the densities by a pilot: a few rays from the surface and from the source, which are not kept.
@@ -278,8 +280,9 @@ void Exchange::gather(std::uint64_t rays) {
     const auto share = [&](double part) {
         return std::max<std::uint32_t>(1, static_cast<std::uint32_t>(std::lround(part * group_rays)));
     };
-    s.densities->set_counts({share(kCosineShare), share(kConnectShare),
-                             share((1.0 - kCosineShare - kConnectShare) / static_cast<double>(exponents))});
+    const double source = s.sky ? 0.0 : (1.0 - kCosineShare - kConnectShare) / static_cast<double>(exponents);
+    s.densities->set_counts(
+        {share(s.sky ? 0.5 : kCosineShare), share(s.sky ? 0.5 : kConnectShare), s.sky ? 0 : share(source)});
     const RayCounts& counts = s.densities->counts();
     const std::vector<Job> jobs = jobs_of(counts, exponents, kSampleGroups);
     std::vector<BlockSamples> found = trace_all(s, jobs, key, false);
@@ -290,6 +293,11 @@ void Exchange::gather(std::uint64_t rays) {
         book(s, jobs[i], found[i], static_cast<double>(in_group));
         found[i] = {};
     }
+    for (SampleGroup& group : s.groups)
+        for (std::size_t i = 0; s.sky && i < s.sky->exits.size(); ++i) {
+            group.exits.push_back(s.sky->exits[i]);
+            group.exits.back().weight *= static_cast<float>(in_group);
+        }
     add_to_aggregates(s, before);
     const std::uint64_t segments = s.residual.segments;
     trace_residual(s.geometry, *s.densities, key, s.gathers, rays, s.residual);
@@ -337,7 +345,9 @@ const BalancedSamples& Exchange::State::balanced(std::uint32_t bits) const {
         if ((bits >> g & 1u) != 0) chosen.push_back(&groups[g]);
     // Isolated: while it waits for its own tasks, this thread must not take one that comes here, too.
     const auto make = [&] {
-        return balanced_.try_emplace(bits, profile.unknowns, std::move(chosen), scale(bits)).first;
+        return balanced_
+            .try_emplace(bits, profile.unknowns, std::move(chosen), scale(bits), sky ? &*sky : nullptr)
+            .first;
     };
     return tbb::this_task_arena::isolate(make)->second;
 }

@@ -15,6 +15,7 @@
 #include "flux/radiosity/profile_unknowns.hpp"
 #include "flux/radiosity/ray_densities.hpp"
 #include "flux/radiosity/residual.hpp"
+#include "flux/radiosity/ring_sky.hpp"
 #include "flux/shares.hpp"
 
 namespace sidewall::flux {
@@ -85,6 +86,7 @@ class Exchange {
         bool has_importance = false;
         bool viewed = false;  ///< the exchange is a view
         std::optional<ProfileView> view{};
+        std::optional<RingSky> sky{};  ///< of a surface of revolution: its groups' exits are no rays
         Residual residual{};
         double seconds = 0.0;
 

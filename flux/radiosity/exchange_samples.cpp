@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "flux/radiosity/ring_sky.hpp"
 #include "surface/parallel.hpp"
 
 namespace sidewall::flux {
@@ -121,8 +122,14 @@ void BalancedSamples::sum_parts(std::span<double> y, const Use& use) const {
 }
 
 // Factors of both ends of a sample, found by Sinkhorn's iteration, keep the balance symmetric.
-BalancedSamples::BalancedSamples(const Wedges& wedges, std::vector<const SampleGroup*> groups, double scale)
+BalancedSamples::BalancedSamples(const Wedges& wedges, std::vector<const SampleGroup*> groups, double scale,
+                                 const RingSky* sky)
     : wedges_(wedges), groups_(std::move(groups)), scale_(scale), diagonal_(wedges.count(), 0.0) {
+    std::vector<double> within = wedges.area;  // what is balanced
+    if (sky != nullptr) {
+        direct_ = sky->direct;
+        for (std::size_t i = 0; i < within.size(); ++i) within[i] -= sky->leaving[i];
+    }
     for (const SampleGroup* group : groups_) {
         std::ranges::transform(group->pairs, weights_.emplace_back(group->pairs.size()).begin(),
                                &PairSample::weight);
@@ -138,7 +145,7 @@ BalancedSamples::BalancedSamples(const Wedges& wedges, std::vector<const SampleG
     };
     const auto weigh_exit = [&](std::size_t group, std::size_t n, const Ends& a) {
         float& weight = exit_weights_[group][n];
-        if (!factor.empty()) weight *= static_cast<float>(a.value(factor.data()));
+        if (!factor.empty() && sky == nullptr) weight *= static_cast<float>(a.value(factor.data()));
         return static_cast<double>(weight);
     };
     for (int pass = 0; pass < kBalancings; ++pass) {
@@ -149,11 +156,14 @@ BalancedSamples::BalancedSamples(const Wedges& wedges, std::vector<const SampleG
                 a.add(w, y);
                 b.add(w, y);
             });
-            for_exits(part, [&](std::size_t n, const Ends& a) { a.add(weigh_exit(part.group, n, a), y); });
+            if (sky == nullptr)
+                for_exits(part,
+                          [&](std::size_t n, const Ends& a) { a.add(weigh_exit(part.group, n, a), y); });
         });
         factor.resize(sum.size());
         for (std::size_t i = 0; i < sum.size(); ++i)
-            factor[i] = sum[i] > 0.0 ? std::clamp(std::sqrt(wedges_.area[i] / sum[i]), 0.5, 2.0) : 1.0;
+            factor[i] =
+                sum[i] > 0.0 ? std::clamp(std::sqrt(std::max(0.0, within[i]) / sum[i]), 0.5, 2.0) : 1.0;
     }
     sum_parts(diagonal_, [&](const Part& part, double* y) {
         for_pairs(part, [&](std::size_t n, const Ends& a, const Ends& b) {
@@ -172,7 +182,7 @@ BalancedSamples::BalancedSamples(const Wedges& wedges, std::vector<const SampleG
 
 BalancedSamples::BalancedSamples(const Wedges& wedges, const ProfileView& view, const WedgeMatrix& mass,
                                  std::span<const double> exponents)
-    : wedges_(wedges), scale_(1.0), diagonal_(wedges.count(), 0.0), viewed_{{view.exchange, mass, {}}} {
+    : wedges_(wedges), scale_(1.0), diagonal_(wedges.count(), 0.0), viewed_{{view.exchange, mass}} {
     Eigen::VectorXd sky = Eigen::Map<const Eigen::VectorXd>(view.sky.data(), std::ssize(view.sky));
     Eigen::VectorXd factors = Eigen::VectorXd::Ones(sky.size()), factor = factors;
     constexpr int kBalancingsOfView = 20;  // cheap, and enough for elements far longer than what they face
@@ -185,7 +195,7 @@ BalancedSamples::BalancedSamples(const Wedges& wedges, const ProfileView& view, 
     }
     viewed_->exchange = factors.asDiagonal() * view.exchange * factors.asDiagonal();
     for (std::size_t k = 0; k < exponents.size(); ++k) {
-        std::vector<double>& direct = viewed_->direct[exponents[k]] = view.direct[k];
+        std::vector<double>& direct = direct_[exponents[k]] = view.direct[k];
         for (std::size_t i = 0; i < direct.size(); ++i) direct[i] *= factors[static_cast<Eigen::Index>(i)];
     }
     for (std::size_t i = 0; i < diagonal_.size(); ++i) {
@@ -219,7 +229,7 @@ void BalancedSamples::add(std::span<const double> x, std::span<double> y) const 
 }
 
 std::vector<double> BalancedSamples::direct(double exponent) const {
-    if (viewed_) return viewed_->direct.at(exponent);
+    if (!direct_.empty()) return direct_.at(exponent);
     const double scale = lobe_scale(exponent);
     std::vector<double> y(wedges_.count(), 0.0);
     sum_parts(y, [&](const Part& part, double* sums) {

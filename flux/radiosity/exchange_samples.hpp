@@ -73,13 +73,17 @@ WedgeMatrix mass_matrix(const TriangleMesh& mesh, const Wedges& wedges);
 WedgeMatrix absorption_matrix(const WedgeMatrix& mass, std::span<const double> area,
                               std::span<const double> ratio);
 
+struct RingSky;
+
 /// Samples of some groups with balanced weights: exactly its area leaves each wedge's part of the surface.
 /// Independent of sticking, so that one serves all species and coverages. Parallel, in a fixed order.
 class BalancedSamples {
   public:
     /// \param wedges  and the groups must outlive it.
     /// \param scale   of the samples' weights.
-    BalancedSamples(const Wedges& wedges, std::vector<const SampleGroup*> groups, double scale);
+    /// \param sky     all of the groups' exits, which are exact: pairs alone are balanced; or nullptr.
+    BalancedSamples(const Wedges& wedges, std::vector<const SampleGroup*> groups, double scale,
+                    const RingSky* sky = nullptr);
     /// The exchange of a profile, which is no sum over samples.
     /// \param mass, exponents  of the profile's unknowns, and of the view's sources.
     BalancedSamples(const Wedges& wedges, const ProfileView& view, const WedgeMatrix& mass,
@@ -109,9 +113,9 @@ class BalancedSamples {
     struct Viewed {
         Eigen::MatrixXd exchange;
         const WedgeMatrix& mass;
-        std::map<double, std::vector<double>> direct;  // by exponent
     };
     std::optional<Viewed> viewed_{};
+    std::map<double, std::vector<double>> direct_;  // by exponent, where it is no sum over samples
 };
 
 /// The matrix of the balance: absorption + M - G.

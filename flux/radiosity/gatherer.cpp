@@ -140,7 +140,7 @@ void join_exit(const Exchange::State& s, const ConnectingRay& ray, BlockSamples&
         const int image = rise >= kLevel ? densities.image_of(end) : kNoImage;
         if (ray.aimed && image != ray.image) return;
         const double form = densities.form(travelled, ray.direction.dot(facet.normal) * rise);
-        weight = densities.exit_weight(ray.from, end, image, form, rise, ray.hit.head<2>().norm());
+        weight = densities.exit_weight(ray.from, end, image, form, rise);
     } else {
         if (ray.aimed) return;
         weight = densities.loss_weight(ray.from);
@@ -163,7 +163,7 @@ void join_source(const Exchange::State& s, const ConnectingRay& ray, bool pilot,
     // Seen from the hit the plane lies in the image the other way, which has the same share.
     const double weight =
         densities.exit_weight(ray.triangle, ray.start, cosine >= kLevel ? path.image : kNoImage,
-                              densities.form(path.length, cosine * arrival), cosine, ray.start.x());
+                              densities.form(path.length, cosine * arrival), cosine);
     found.exits.push_back(
         {ray.triangle, ray.u, ray.v, static_cast<float>(weight), static_cast<float>(cosine)});
 }
@@ -207,10 +207,7 @@ void join(const Exchange::State& s, const Job& job, const Block& block, std::siz
     ray.image = ray.aimed ? block.image[row] : kNoImage;
     if (pilot && job.kind == RayKind::cosine) found.started.push_back(ray.from);
     if (ray.triangle == surface::kNoTriangle) {
-        // Where its last part meets the plane; only a sector asks.
-        ray.hit = r.point(row);
-        ray.hit += (s.geometry.top - ray.hit.z()) / ray.arriving.z() * ray.arriving;
-        if (job.kind != RayKind::source) join_exit(s, ray, found);
+        if (job.kind != RayKind::source && !s.sky) join_exit(s, ray, found);
         return;
     }
     ray.u = r.u[row];

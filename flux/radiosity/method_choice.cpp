@@ -19,7 +19,8 @@ namespace {
 // And rays of an exchange's pilot.
 constexpr double kRayCost = 6.0, kRayCostOnce = 8.0, kPilotRays = 4096.0;
 // Past a surface of revolution the tracer has no packets: 0.25 microseconds a segment.
-constexpr double kRayCostRound = 2.0;
+// And what a ring sees of the sky takes 50 microseconds.
+constexpr double kRayCostRound = 2.0, kSkyCostRound = 200.0;
 constexpr double kMargin = 1.1;  // rays more than errors ask for, which scatter
 // Error from three halvings of the rays to that from one: the means of the roots of three squares and of one.
 constexpr double kOneHalving = 1.155;
@@ -112,7 +113,7 @@ void add_variance(const Exchange::State& s, const DiffuseSpecies& species, const
             own[pair.b] += 0.5 * change * change * squares;
         }
         const double scale = lobe_scale(species.source_exponent);
-        for (const ExitSample& exit : group.exits) {
+        for (const ExitSample& exit : std::span(group.exits).first(s.sky ? 0 : group.exits.size())) {
             const auto cosine = static_cast<double>(exit.cosine);
             const double source =
                 cosine > 0.0 ? species.source * scale * lobe(species.source_exponent, cosine) : 0.0;
@@ -268,10 +269,13 @@ MethodChoice choose_method(Exchange& exchange, const Species& species,
                                   std::pow(result.relative_error / choice.target, 2.0)});
     choice.monte_carlo_cost = more * static_cast<double>(result.segments);
     const auto cost = [&](double rays) {
-        return (s.geometry.revolution ? kRayCostRound
-                : once                ? kRayCostOnce
-                                      : kRayCost) *
-               (rays * static_cast<double>(exchange.unknowns()) + kPilotRays);
+        const bool round = s.geometry.revolution != nullptr;
+        const auto unknowns = static_cast<double>(exchange.unknowns());
+        return (round  ? kRayCostRound
+                : once ? kRayCostOnce
+                       : kRayCost) *
+                   (rays * unknowns + kPilotRays) +
+               (round ? kSkyCostRound * unknowns : 0.0);
     };
     choice.radiosity_cost = kSeldomLess * cost(kFirstRays);
     const bool allowed =

@@ -45,7 +45,7 @@ Outline outline_of(const TriangleMesh& mesh, const ProfileUnknowns& profile) {
         const double area = triangle_area(mesh, t) + triangle_area(mesh, profile.partner[t]);
         if (!(area > 0.0)) continue;
         const Vec3 normal = area_vector(mesh, t).normalized();
-        Segment one{{place(alone + 1), place(alone)}, {}, {normal.x(), normal.z()}, area};
+        Segment one{{place(alone + 1), place(alone)}, {}, {normal.x(), normal.z()}, area, t};
         for (std::uint32_t k = 0; k < 2; ++k)
             one.unknown[k] = profile.unknowns.corner[3 * t + (alone + 1 - k) % 3];
         if (cross(outline.points[one.end[1]] - outline.points[one.end[0]], one.normal) < 0.0) {

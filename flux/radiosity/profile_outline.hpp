@@ -25,6 +25,7 @@ struct Segment {
     std::array<std::uint32_t, 2> unknown;  ///< of the exchange, at the ends
     Vec2 normal;
     double area;
+    std::uint32_t triangle;  ///< the facet's first
 };
 
 /// A profile as points and segments between them, in the order in which one ends where the next begins.

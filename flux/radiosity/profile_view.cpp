@@ -18,11 +18,10 @@ namespace {
 // Above so many facets samples of rays are sooner as exact as anyone asks for.
 constexpr std::size_t kMostFacets = 2000;
 constexpr double kNarrowestSource = 300.0;  // exponent: shadows of narrower ones are sharper than facets
-constexpr double kGauss = 0.5 - 0.5 * std::numbers::inv_sqrt3;  // of the unit interval: this and 1 less this
-constexpr double kShort = 0.5;        // segments shorter than this part of the mean have one point
-constexpr double kNarrowest = 1e-12;  // parts, by their sines, that are left out
-constexpr int kMostImages = 8;        // of the profile, either way
-constexpr double kWide = 0.05;        // over a part so wide the place is averaged, else taken at its middle
+constexpr double kShort = 0.5;              // segments shorter than this part of the mean have one point
+constexpr double kNarrowest = 1e-12;        // parts, by their sines, that are left out
+constexpr int kMostImages = 8;              // of the profile, either way
+constexpr double kWide = 0.05;  // over a part so wide the place is averaged, else taken at its middle
 
 // A segment as a point sees it: across the normal (x) and along it (z), and the sines between which it is.
 struct Seen {
@@ -214,7 +213,8 @@ class View {
     std::vector<Part> parts_, merged_;
 };
 
-// Angles to the vertical between which the law of every source is close to a cubic.
+}  // namespace
+
 std::vector<double> angles_of(std::span<const double> exponents) {
     std::vector<double> angles;
     for (const double n : exponents) {
@@ -228,6 +228,8 @@ std::vector<double> angles_of(std::span<const double> exponents) {
     std::ranges::sort(angles);
     return angles;
 }
+
+namespace {
 
 // A point of a segment, the area that it stands for, and shares of what it emits by Lambert's law.
 struct Point {

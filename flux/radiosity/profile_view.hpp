@@ -2,6 +2,7 @@
 #include <Eigen/Dense>
 #include <cstdint>
 #include <functional>
+#include <numbers>
 #include <span>
 #include <vector>
 
@@ -9,6 +10,12 @@
 #include "flux/tracer/flight.hpp"
 
 namespace sidewall::flux {
+
+/// Points of Gauss' rule in the unit interval: this and 1 less this.
+inline constexpr double kGauss = 0.5 - 0.5 * std::numbers::inv_sqrt3;
+
+/// Angles to the vertical between which the law of every source is close to a cubic; none if all are thermal.
+std::vector<double> angles_of(std::span<const double> exponents);
 
 /// The exchange of a profile without noise, by unknown; see exchange_samples.hpp for G and e.
 struct ProfileView {

@@ -144,7 +144,9 @@ void RayDensities::set_starts(std::span<const double> variance) {
 void RayDensities::make_targets() {
     double area = 0.0;
     for (const Facet& facet : facets_) area += facet.area;
-    const double relayed = relay_.empty() ? 0.0 : kRelayShare, even = 1.0 - kPlaneShare - relayed;
+    // What a ring sees of the sky is found without rays.
+    const double plane = round() ? 0.0 : kPlaneShare, relayed = relay_.empty() ? 0.0 : kRelayShare,
+                 even = 1.0 - plane - relayed;
     target_density_.assign(facets_.size(), even / area);
     std::vector<double> weights(order_.size() + opening_.size());
     for (std::size_t i = 0; i < order_.size(); ++i) {
@@ -163,10 +165,8 @@ void RayDensities::make_targets() {
     cell_density_.resize(opening_.size());
     const double cell_area = box_.area() / static_cast<double>(opening_.size());
     for (std::size_t i = 0; i < opening_.size(); ++i) {
-        weights[order_.size() + i] = kPlaneShare * opening_[i];
-        const double column = static_cast<double>(i % kCells);
-        cell_density_[i] = kPlaneShare * opening_[i] /
-                           (cell_area * (round() ? (2.0 * column + 1.0) / static_cast<double>(kCells) : 1.0));
+        weights[order_.size() + i] = plane * opening_[i];
+        cell_density_[i] = plane * opening_[i] / cell_area;
     }
     targets_.assign(std::move(weights));
 }
@@ -242,11 +242,6 @@ void RayDensities::set_openings(std::span<const double> exits) {
     const double even = 1.0 / static_cast<double>(opening_.size());
     for (std::size_t i = 0; i < opening_.size(); ++i)
         opening_[i] = total > 0.0 ? 0.1 * even + 0.9 * exits[i] / total : even;
-    for (std::size_t column = 0; round() && column < kCells; ++column) {  // whatever y
-        double sum = 0.0;
-        for (std::size_t row = 0; row < kCells; ++row) sum += opening_[row * kCells + column];
-        for (std::size_t row = 0; row < kCells; ++row) opening_[row * kCells + column] = sum / kCells;
-    }
     make_targets();
 }
 
@@ -294,15 +289,8 @@ RayDensities::Target RayDensities::target(double which, double along, double ima
         target.normal = -Vec3::UnitZ();
     }
     if (round()) {
-        const double column = static_cast<double>(pick.item - order_.size()),
-                     turn = 2.0 * std::numbers::pi * image;
-        double r = point.x();
-        if (pick.item >= order_.size()) {  // evenly over the ring of the cell's column
-            const double inner = std::fmod(column, kCells), outer = inner + 1.0;
-            r = box_.max[0] / kCells * std::sqrt(inner * inner + pick.rest * (outer * outer - inner * inner));
-        }
-        const double across = target.normal.x();
-        target.point = {r * std::cos(turn), r * std::sin(turn), point.z()};
+        const double turn = 2.0 * std::numbers::pi * image, across = target.normal.x();
+        target.point = {point.x() * std::cos(turn), point.x() * std::sin(turn), point.z()};
         target.normal = {across * std::cos(turn), across * std::sin(turn), target.normal.z()};
         return target;
     }
@@ -316,9 +304,6 @@ RayDensities::Target RayDensities::target(double which, double along, double ima
 }
 
 std::size_t RayDensities::cell_of(const Vec3& point) const {
-    if (round())
-        return static_cast<std::size_t>(
-            std::clamp(point.head<2>().norm() / box_.max[0] * kCells, 0.0, kCells - 1.0));
     std::size_t cell = 0;
     for (int axis = 1; axis >= 0; --axis) {
         const double width = box_.max[axis] - box_.min[axis];
@@ -332,12 +317,10 @@ std::size_t RayDensities::cell_of(const Vec3& point) const {
     return cell;
 }
 
-double RayDensities::exit_weight(std::uint32_t a, const Vec3& point, int image, double form, double cosine,
-                                 double radius) const {
+double RayDensities::exit_weight(std::uint32_t a, const Vec3& point, int image, double form,
+                                 double cosine) const {
     double density = cosine_density_[a];
-    // Over a sector equally many start at every r (source.cpp).
-    const double source = counts_.source / box_.area() *
-                          (round() ? 0.5 * box_.max[0] / std::max(radius, 1e-9 * box_.max[0]) : 1.0);
+    const double source = counts_.source / box_.area();
     for (std::size_t i = 0; i < lobes_.size(); ++i)
         density += source * lobes_[i] * lobe(exponents_[i], cosine);
     if (image != kNoImage)

@@ -121,10 +121,8 @@ class RayDensities {
                       image_share_[static_cast<std::size_t>(image)];
         return 1.0 / (cosine_density_[a] + cosine_density_[b] + connect * form);
     }
-    /// Weight of a ray from \p a that leaves to the source through \p point at \p cosine to the vertical. \p radius: where
-    /// it meets the plane, of a sector.
-    double exit_weight(std::uint32_t a, const Vec3& point, int image, double form, double cosine,
-                       double radius = 0.0) const;
+    /// Weight of a ray from \p a that leaves to the source through \p point at \p cosine to the vertical.
+    double exit_weight(std::uint32_t a, const Vec3& point, int image, double form, double cosine) const;
     /// Weight of a ray that leaves the domain elsewhere.
     double loss_weight(std::uint32_t a) const { return 1.0 / cosine_density_[a]; }
 

@@ -38,27 +38,27 @@ double mean_at(const Revolved& body, const FluxResult& result, double z) {
     return sum / area;
 }
 
-// Compares radiosity on ten cells a radius with the rows of the exact table whose flux is at least \p
-// faintest; of the floor the mean. What sticks at once is for the tracer: deep down too few rays see out.
-void check_rows(std::initializer_list<double> aspects, std::size_t rays_of_unknown, double faintest) {
+// Compares radiosity on some cells a radius with the rows of the exact table, of the floor the mean.
+void check_rows(std::initializer_list<double> aspects, std::initializer_list<double> stickings, double cells,
+                std::size_t rays_of_unknown) {
     for (const double aspect : aspects) {
         const double depth = 2.0 * aspect;
-        const Revolved body(hole(depth), 0.1);
+        const Revolved body(hole(depth), 1.0 / cells);
         Exchange exchange(body.mesh, body.scene, body.box, body.wedges, {1.0}, {});
         exchange.gather(rays_of_unknown * exchange.unknowns());
-        for (const double sticking : {0.1, 0.01, 0.001}) {
+        for (const double sticking : stickings) {
             const std::vector<double> by_wedge(body.wedges.count(), sticking);
             const RadiosityFlux flux = solve_flux(
                 exchange, {.name = "test", .source_exponent = 1.0, .sticking = by_wedge}, {.errors = false});
             for (const CylinderRow& row : cylinder_rows()) {
-                if (row.aspect != aspect || row.sticking != sticking || row.flux < faintest) continue;
+                if (row.aspect != aspect || row.sticking != sticking) continue;
                 double sum = 0.0, area = 0.0;
                 for (std::size_t t = 0; t < body.mesh.triangles.size(); ++t) {
                     const Vec3 p = triangle_centroid(body.mesh, t);
                     const bool floor = std::abs(p.z() + depth) < 1e-9;
                     const bool here = row.depth < 0.0 ? floor
                                                       : !floor && std::abs(p.x() - 1.0) < 1e-3 &&
-                                                            std::abs(p.z() + row.depth * depth) < 0.11;
+                                                            std::abs(p.z() + row.depth * depth) < 1.1 / cells;
                     if (!here) continue;
                     double mean = 0.0;
                     for (std::size_t k = 0; k < 3; ++k)
@@ -267,12 +267,50 @@ TEST_CASE("what flies in gas past a flat round wafer keeps its flux out to the m
     }
 }
 
-TEST_CASE("radiosity between rings gives the rows of the exact table within 1 %") {
-    check_rows({5.0, 30.0, 100.0}, 4000, 1e-4);
+TEST_CASE("radiosity between rings gives every row of the exact table, however faint, within 1 %") {
+    check_rows({5.0, 10.0, 30.0, 100.0}, {1.0, 0.1, 0.01, 0.001}, 10.0, 1000);
 }
 
-TEST_CASE("radiosity between rings gives every row of the exact table, however faint, within 1 %", "[slow]") {
-    check_rows({5.0, 10.0, 30.0, 100.0}, 16000, 0.0);
+TEST_CASE("radiosity between rings is within 1 % down a hole of aspect 100, by few rays") {
+    // 256 an unknown leave 0.8 % of noise, here as on coarser grids.
+    check_rows({100.0}, {0.01}, 40.0, 256);
+}
+
+TEST_CASE("rings see of the sky what arrives from it, below overhangs, beside pillars and by the mirror") {
+    const Curve shapes[] = {
+        {{0.0, -2.0}, {1.3, -2.0}, {1.3, -0.3}, {0.6, -0.3}, {0.6, 0.0}, {2.0, 0.0}},
+        {{0.0, 1.5}, {0.5, 1.5}, {0.5, 0.2}, {0.9, 0.2}, {0.9, 0.0}, {2.0, 0.0}},
+        {{0.0, 0.8}, {1.2, 0.0}, {1.6, 0.0}, {2.0, 0.6}},
+        {{0.0, 0.0}, {1.0, 0.0}, {1.0, 1.0}, {0.4, 1.0}, {0.4, 1.2}, {1.4, 1.2}, {1.4, 0.0}, {2.0, 0.0}},
+    };
+    for (const Curve& shape : shapes) {
+        const Revolved body(shape, 0.1);
+        const std::vector<double> exponents{1.0, 3.0, 100.0};
+        Exchange exchange(body.mesh, body.scene, body.box, body.wedges, exponents, {});
+        exchange.gather(exchange.fewest_rays());
+        const Exchange::State& s = exchange.state();
+        for (const double exponent : exponents) {
+            Species species;
+            species.source_exponent = exponent;
+            TraceOptions options;
+            options.rays = 400'000;
+            const FluxField traced =
+                trace_flux(body.mesh, body.scene, body.box, species, {}, body.wedges, options).wedge;
+            double all = 0.0;
+            for (std::size_t w = 0; w < body.wedges.count(); ++w) {
+                if (!(body.wedges.area[w] > 0.0)) continue;
+                const double arrives = s.sky->direct.at(exponent)[s.profile.unknown[w]];
+                all += arrives;
+                // At the foot of a pillar the flux rises as the root of the way from it, which Gauss' two
+                // points overestimate by 3 %.
+                INFO("wedge " << w << " cos^" << exponent);
+                CHECK(
+                    traced.flux[w] ==
+                    Approx(arrives / body.wedges.area[w]).epsilon(0.03).margin(4.5 * traced.error[w] + 2e-3));
+            }
+            CHECK(all == Approx(body.box.area()).epsilon(1.5e-3));
+        }
+    }
 }
 
 TEST_CASE("paths and radiosity agree on every ring of a round hole, at its axis too") {
