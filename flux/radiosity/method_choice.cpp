@@ -19,8 +19,8 @@ namespace {
 // And rays of an exchange's pilot.
 constexpr double kRayCost = 6.0, kRayCostOnce = 8.0, kPilotRays = 4096.0;
 // Past a surface of revolution the tracer has no packets: 0.25 microseconds a segment.
-// And what a ring sees of the sky takes 50 microseconds.
-constexpr double kRayCostRound = 2.0, kSkyCostRound = 200.0;
+// And what a ring sees of the sky takes 25 microseconds.
+constexpr double kRayCostRound = 2.0, kSkyCostRound = 100.0;
 constexpr double kMargin = 1.1;  // rays more than errors ask for, which scatter
 // Error from three halvings of the rays to that from one: the means of the roots of three squares and of one.
 constexpr double kOneHalving = 1.155;

@@ -13,7 +13,7 @@
 namespace sidewall::flux {
 namespace {
 
-constexpr int kAzimuths = 64;       // of half a turn
+constexpr int kAzimuths = 32;       // of half a turn
 constexpr int kMostMirrorings = 8;  // at the cylinder around
 constexpr double kMostPieces = 16;  // of a ring that is long beside the others
 
