@@ -66,6 +66,7 @@ void add_noise(const TraceReport& trace, double dt, StepNoise& noise) {
         constexpr double kRounding = 1e-12;
         const double rays = all * all - elements * elements;
         if (std::isfinite(all) && rays > kRounding * all * all) worst = std::max(worst, std::sqrt(rays));
+        worst = std::max(worst, flux.redeposition_error);
     }
     noise.squares += std::pow(worst * dt, 2.0);
     noise.time += dt;

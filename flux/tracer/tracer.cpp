@@ -123,7 +123,8 @@ class Tracer {
         std::erase_if(trace_.active, [&](std::size_t k) {
             const double scale = area_per_ray(k);
             const double error =
-                relative_error(tallies_[k].vertex_flux(scale), noisy_part(k).vertex_flux(scale));
+                std::max(relative_error(tallies_[k].vertex_flux(scale), noisy_part(k).vertex_flux(scale)),
+                         redeposition_error());
             if (error <= target) return true;
             nearest = nearest > 0.0 ? std::min(nearest, error) : error;
             farthest = std::max(farthest, error);
@@ -153,6 +154,7 @@ class Tracer {
         result.segments = counts_.flights.segments;
         result.rescued = counts_.flights.rescued;
         result.relative_error = relative_error(result.vertex, flux_of(noisy_part(k), scale).vertex);
+        result.redeposition_error = redeposition_error();
         result.adjoint = trace_.adjoint;
         result.pass_species = static_cast<std::uint32_t>(counts_.species.size());
         result.pass_place = static_cast<std::uint32_t>(k);
@@ -167,15 +169,27 @@ class Tracer {
 
     // sum(area * standard error of \p noisy) / sum(area * flux) over vertices.
     double relative_error(const FluxField& vertex, const FluxField& noisy) const {
+        const double flux = integral(vertex.flux);
+        return flux > 0.0 ? integral(noisy.error) / flux : kInfinity;
+    }
+
+    // FluxResult::redeposition_error. What ions sputter is in the last of the tallies of a species alone.
+    double redeposition_error() const {
+        const double sputtered =
+            static_cast<double>(counts_.species.front().redeposited.emitted) / static_cast<double>(kOne);
+        if (!(sputtered > 0.0)) return 0.0;
+        const std::size_t last = tally_count(trace_.species) - 1;
+        return integral(tallies_[last].vertex_flux(1.0).error) / sputtered;
+    }
+
+    // Over vertices, by area.
+    double integral(const std::vector<double>& by_vertex) const {
         const Wedges& wedges = trace_.wedges;
-        double error = 0.0, flux = 0.0;
-        for (std::size_t v = 0; v < vertex.flux.size(); ++v) {
-            double area = 0.0;
-            for (std::uint32_t w = wedges.first[v]; w < wedges.first[v + 1]; ++w) area += wedges.area[w];
-            error += area * noisy.error[v];
-            flux += area * vertex.flux[v];
-        }
-        return flux > 0.0 ? error / flux : kInfinity;
+        double sum = 0.0;
+        for (std::size_t v = 0; v < by_vertex.size(); ++v)
+            for (std::uint32_t w = wedges.first[v]; w < wedges.first[v + 1]; ++w)
+                sum += wedges.area[w] * by_vertex[v];
+        return sum;
     }
 
     // The area that a particle stands for at flux 1 of the source plane.

@@ -20,7 +20,7 @@ namespace sidewall::flux {
 
 struct TraceOptions {
     std::uint64_t rays = 1'000'000;  ///< source rays; rounded up to a multiple of the batches
-    /// Batches are added until FluxResult::relative_error is at most this or \p rays are spent, whichever comes first;
+    /// Batches are added until FluxResult::largest_error is at most this or \p rays are spent, whichever comes first;
     /// of several species, for those that have not reached it. Empty: all rays are traced.
     std::optional<double> relative_error{};
     std::uint64_t seed = 1;
@@ -86,14 +86,17 @@ struct FluxResult : TallyFlux, Counts {
     std::uint64_t segments = 0;  ///< ray-scene intersections of the pass
     std::uint64_t rescued = 0;   ///< its arrivals that rounding had put behind the surface, see fly
     double relative_error =
-        0.0;               ///< sum(area * standard error) / sum(area * flux) over vertices, of the
-                           ///< arrivals, or of `reflected` where that is known apart; infinite without hits
-    bool adjoint = false;  ///< see TraceOptions
+        0.0;  ///< sum(area * standard error) / sum(area * flux) over vertices, of the
+              ///< arrivals, or of `reflected` where that is known apart; infinite without hits
+    /// The redeposition's sum(area * standard error) over vertices, as a share of all that is sputtered; 0 without.
+    double redeposition_error = 0.0;
+    bool adjoint = false;               ///< see TraceOptions
     double discretisation_error = 0.0;  ///< of RadiosityFlux, whose relative_error has it in it; 0 of paths
     double seconds = 0.0;               ///< wall time of the pass
     /// Species that the pass traced together, and this one's place among them: segments, rescued and seconds
     /// are the same for all of them, so sum those of place 0.
     std::uint32_t pass_species = 1, pass_place = 0;
+    double largest_error() const { return std::max(relative_error, redeposition_error); }
     /// Tally \p k in the order of tally_names.
     const TallyFlux& tally(std::size_t k) const { return k == 0 ? *this : others[k - 1]; }
 };

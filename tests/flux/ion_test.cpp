@@ -395,6 +395,42 @@ TEST_CASE("what a trench's floor sputters diffusely arrives as exact view factor
     }
 }
 
+TEST_CASE(
+    "the error of what is sputtered is that of the scatter between seeds, and a trace to an error reaches it") {
+    Species beam = parallel_beam(0.0);
+    beam.redeposition = Redeposition{{"out", Angular::none, 0.0, {0.7}, {}}, Reemission::diffuse, {0.5}};
+    const auto mesh = extrude(trench_profile(1.5, 0.2, {0.5}, {0.5}), 1.0, 3);
+    const Wedges wedges = make_wedges(mesh);
+    std::vector<double> sum(mesh.vertices.size()), squares(sum.size());
+    double told = 0.0;
+    constexpr int kSeeds = 64;
+    for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+        const FluxResult result = trace(mesh, kPeriodic, beam, {.rays = 4000, .seed = seed});
+        told += result.redeposition_error / kSeeds;
+        for (std::size_t v = 0; v < sum.size(); ++v) {
+            const double flux = result.others[0].vertex.flux[v];
+            sum[v] += flux / kSeeds, squares[v] += flux * flux / kSeeds;
+        }
+    }
+    double scatter = 0.0;
+    for (std::size_t v = 0; v < sum.size(); ++v)
+        for (std::uint32_t w = wedges.first[v]; w < wedges.first[v + 1]; ++w)
+            scatter += wedges.area[w] * std::sqrt(std::max(0.0, squares[v] - sum[v] * sum[v]));
+    const auto box = lateral_box(mesh, kPeriodic);
+    CHECK(told == Approx(scatter / (0.7 * box.area())).epsilon(0.1));
+
+    const auto to = [&](double error) {
+        return trace(mesh, kPeriodic, beam, {.rays = 10'000'000, .relative_error = error});
+    };
+    const FluxResult half = to(0.5 * told), tenth = to(0.1 * told);
+    CHECK(half.redeposition_error <= 0.5 * told);
+    CHECK(tenth.redeposition_error <= 0.1 * told);
+    CHECK(tenth.relative_error < 0.1 * told);  // arrivals had reached it earlier
+    CHECK(tenth.emitted > 200'000);
+    CHECK(tenth.emitted < 800'000);
+    CHECK(trace(mesh, kPeriodic, parallel_beam(0.0), {.rays = 4000}).redeposition_error == 0.0);
+}
+
 TEST_CASE("ions have the same bits for any task size") {
     Species ions = ion("ion");
     ions.yields = {{"sp", Angular::sputter, 20.0, {0.0337}, {9.3}}};

@@ -34,11 +34,11 @@ std::string remedy(const Recipe& recipe, const flux::FluxResult& result, const S
 std::string noise_warning(const Recipe& recipe, const flux::FluxResult& result, const SpeciesMethod& method,
                           std::uint32_t time_step) {
     constexpr double kMissed = 1.25;  // times what auto expected: as much is scatter
-    if (recipe.flux.relative_error && !(result.relative_error <= *recipe.flux.relative_error))
+    if (recipe.flux.relative_error && !(result.largest_error() <= *recipe.flux.relative_error))
         return fmt::format(
             "time step {}: species {}: relative error {:.3g} after {} rays, above the {:.3g} asked "
             "for: {} or ask for less",
-            time_step, method.species, result.relative_error, result.emitted, *recipe.flux.relative_error,
+            time_step, method.species, result.largest_error(), result.emitted, *recipe.flux.relative_error,
             remedy(recipe, result, method));
     const double statistical = std::sqrt(
         std::max(0.0, std::pow(result.relative_error, 2.0) - std::pow(result.discretisation_error, 2.0)));

@@ -20,7 +20,7 @@ namespace {
 double relative_error(const TracedSurface& surface) {
     double error = 0.0;
     for (const flux::FluxResult& flux : surface.arriving->trace->species)
-        error = std::max(error, flux.relative_error);
+        error = std::max(error, flux.largest_error());
     return error;
 }
 

@@ -92,6 +92,8 @@ Json flux_json(const TracedSurface& surface) {
                             {"pass_place", flux.pass_place},
                             {"leaked", flux.leaked},
                             {"relative_error", number_or_null(flux.relative_error, kErrorDigits)}});
+        if (flux.redeposition_error > 0.0)
+            list.back()["redeposition_error"] = number_or_null(flux.redeposition_error, kErrorDigits);
         if (flux.adjoint) list.back()["bottom_up"] = true;
         if (method.radiosity)
             list.back()["discretisation_error"] = number_or_null(flux.discretisation_error, kErrorDigits);
