@@ -175,7 +175,7 @@ TEST_CASE("adjoint paths get the same bits on any number of threads and task siz
     const LateralBox box = lateral_box(mesh, kPeriodic);
     const Wedges wedges = make_wedges(mesh);
     const Species species = ions();
-    const double target = GENERATE(0.0, 0.02, 1e-9);  // none, within reach, beyond
+    const double target = GENERATE(0.0, 0.06, 1e-9);  // none, within reach, beyond
     constexpr std::uint64_t kRays = 100'000;
     const auto run = [&](int threads, std::uint32_t task_rays) {
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
@@ -191,8 +191,8 @@ TEST_CASE("adjoint paths get the same bits on any number of threads and task siz
     CHECK(one.adjoint);
     CHECK(one.emitted <= kRays);
     CHECK(one.emitted % (3 * mesh.triangles.size()) == 0);
-    if (target == 0.02) {
-        CHECK(one.relative_error <= target);
+    if (target == 0.06) {
+        CHECK(one.largest_error() <= target);
         CHECK(one.emitted < kRays / 2);
     } else {
         CHECK(one.emitted > kRays / 2);
