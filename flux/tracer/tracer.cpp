@@ -175,20 +175,16 @@ class Tracer {
 
     // FluxResult::redeposition_error. What ions sputter is in the last of the tallies of a species alone.
     double redeposition_error() const {
-        const double sputtered =
-            static_cast<double>(counts_.species.front().redeposited.emitted) / static_cast<double>(kOne);
+        const double sputtered = static_cast<double>(counts_.species.front().redeposited.emitted) * 0x1p-28;
         if (!(sputtered > 0.0)) return 0.0;
-        const std::size_t last = tally_count(trace_.species) - 1;
-        return integral(tallies_[last].vertex_flux(1.0).error) / sputtered;
+        return integral(tallies_[tally_count(trace_.species) - 1].vertex_flux(1.0).error) / sputtered;
     }
 
-    // Over vertices, by area.
     double integral(const std::vector<double>& by_vertex) const {
-        const Wedges& wedges = trace_.wedges;
         double sum = 0.0;
         for (std::size_t v = 0; v < by_vertex.size(); ++v)
-            for (std::uint32_t w = wedges.first[v]; w < wedges.first[v + 1]; ++w)
-                sum += wedges.area[w] * by_vertex[v];
+            for (std::uint32_t w = trace_.wedges.first[v]; w < trace_.wedges.first[v + 1]; ++w)
+                sum += trace_.wedges.area[w] * by_vertex[v];
         return sum;
     }
 
