@@ -12,6 +12,7 @@
 #include "app/process/arriving/radiosity_fluxes.hpp"
 #include "app/process/arriving/trace.hpp"
 #include "app/process/arriving/traced_mesh.hpp"
+#include "app/recipe/recipe_domain.hpp"
 #include "levelset/meshes/extract.hpp"
 
 namespace sidewall::app {
