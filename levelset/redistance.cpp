@@ -121,8 +121,8 @@ constexpr float kSteepest = 1.5f;
 // A node nearer to the front than this, in cells, may stand beside a wall that has moved by rounding.
 constexpr float kBesideFront = 0.01f;
 
-// Distances across a front that runs across an axis differ by a cell; by less, in cells, where it bends to a
-// wall.
+// Two neighbours on either side of a front that their axis meets at a right angle are a cell apart in
+// distance. Where they are nearer than this, in cells, the front may bend to a wall beside them.
 constexpr float kAcross = 0.95f;
 
 // Stands for an arrival that does not take part: farther than any band, small enough for its square.
@@ -164,13 +164,12 @@ void solve_row(const float* v, float inv_dx, float dx, float background, Row& ou
                 // the front may be the edge of another body, and one across it may lie beside a wall. Bends
                 // that rounding makes are none. Without a branch, so that eight nodes are solved at once.
                 const float rounding = std::abs(bend) < 1e-3f ? 1.0f : 0.0f;
-                const float open = next >= half_width - kTie ? 1.0f : 0.0f;
                 const float known = std::abs(far) < kBesideFront ? 0.0f : 1.0f;
                 const float ratio = 2.0f * beyond / (bend + rounding);
                 const float limited = 0.5f * (1.0f + std::abs(ratio) - std::abs(ratio - 1.0f));  // 0 to 1
-                const bool at_wall = (far < -kBesideFront) & (near - far < kAcross);
-                const float share =
-                    std::max(rounding, open * (at_wall ? limited : known) + (1.0f - open) * limited);
+                const bool open = next >= half_width - kTie,
+                           at_wall = (far < -kBesideFront) & (near - far < kAcross);
+                const float share = std::max(rounding, open & !at_wall ? known : limited);
                 const float half = second ? 0.5f * share : 0.0f;
                 // u - near + half (u - 2 near + far), over its weight
                 weight = 1.0f + half;

@@ -122,7 +122,7 @@ std::vector<Triangle> parts_of(const TriangleMesh& mesh, const Triangle& t, cons
 
 void merge_near(TriangleMesh& mesh, double distance, EdgePoints& points) {
     surface::DisjointSets sets(mesh.vertices.size());
-    std::vector<std::uint8_t> met(mesh.vertices.size(), 0);  // a point on the mesh's boundary once
+    std::vector<std::uint8_t> triangles(mesh.vertices.size(), 0);  // of each point: one on the boundary
     const std::vector<std::uint8_t> ends = divided_ends(mesh, points);
     for (const Triangle& t : mesh.triangles) {
         if (is_whole(t, ends)) continue;
@@ -131,7 +131,7 @@ void merge_near(TriangleMesh& mesh, double distance, EdgePoints& points) {
             const auto found = points.find(divided_edge(t[k], t[(k + 1) % 3]));
             if (found == points.end()) continue;
             const std::uint32_t point = found->second;
-            ++met[point];
+            ++triangles[point];
             if (last != kNone && (mesh.vertices[point] - mesh.vertices[last]).norm() < distance)
                 sets.join(point, last);
             last = point;
@@ -139,7 +139,7 @@ void merge_near(TriangleMesh& mesh, double distance, EdgePoints& points) {
     }
     for (auto& [edge, point] : points) {
         const std::uint32_t own = std::exchange(point, sets.root(point));
-        if (met[own] == 1) mesh.vertices[point] = mesh.vertices[own];
+        if (triangles[own] == 1) mesh.vertices[point] = mesh.vertices[own];
     }
 }
 
