@@ -235,9 +235,9 @@ inline Row beam_row(const std::array<OneSided, 3>& d, float inv_dx, const Vec3& 
 }
 
 /// Replaces the differences from where a beam moves phi by what arrives at the node within a time step, where phi has a kink in
-/// the cell that it comes from: beside a wall a floor's distance ends within a cell, and a difference across that end
-/// would hold the floor back (subcell resolution; Harten, J. Comput. Phys. 83 (1989) 148). Only of fronts that the axis meets
-/// at 37 degrees or less, and that are steeper along it than what follows: others opened slits beside walls on nodes.
+/// the cell that it comes from: a floor's distance ends beside a wall and a top's at its rim, and a difference across that
+/// end would hold the floor back, or move the wall below the rim (subcell resolution; Harten, J. Comput. Phys. 83 (1989)
+/// 148). Only where the axis meets one of the two fronts at 37 degrees or less.
 /// \param courant  facing times the time step over dx, by node.
 template <int R>
 void resolve_kinks(const float* v, float inv_dx, const Vec3& beam, const Row& courant,
@@ -254,7 +254,7 @@ void resolve_kinks(const float* v, float inv_dx, const Vec3& beam, const Row& co
             const float own = node[0] - node[-from], across = node[from] - node[0],
                         beyond = node[2 * from] - node[from];
             if (!((own - across) * (across - beyond) > 0.0f) || std::abs(own - beyond) <= kink_least ||
-                std::abs(own) <= std::max(kFacing * most, std::abs(beyond)))
+                std::max(std::abs(own), std::abs(beyond)) <= kFacing * most)
                 continue;
             const float kink = (across - beyond) / (own - beyond), way = std::abs(shift);  // in cells
             const float mean = way <= kink ? own : (own * kink + beyond * (way - kink)) / way,

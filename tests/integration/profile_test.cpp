@@ -238,11 +238,44 @@ TEST_CASE(
                     ++floor;
                 }
                 if (up > 2.0 * dx && p.z() < -2.0 * dx) {
-                    CHECK(x == Approx(sideways * up).margin((sideways > 0.0 ? 0.35 : 0.1) * dx));
+                    CHECK(x == Approx(sideways * up).margin((sideways > 0.0 ? 0.36 : 0.1) * dx));
                     ++wall;
                 }
             }
             CHECK(floor > 10);
             CHECK(wall > 40);
+        }
+}
+
+TEST_CASE("a mask that a beam wears down keeps its walls up to the rim, and the rim's corners") {
+    constexpr double dx = 0.1, top = 0.4;
+    for (const auto& [half_x, half_y] : {std::pair(0.5, 0.6), {0.52, 0.6}, {0.16, 0.64}, {0.513, 0.613}})
+        for (const double worn : {0.05, 0.1, 0.2}) {
+            const app::Recipe recipe = app::parse_recipe(
+                fmt::format(
+                    "[domain]\nextent = [2.4, 2.4]\ngrid_spacing = {0}\nboundary = \"reflective\"\n"
+                    "[[layer]]\nmaterial = \"Si\"\n[[layer]]\nmaterial = \"Mask\"\nshape = \"mask\"\n"
+                    "thickness = {1}\npolygons = [{{ points = [-{2}, -{3}, {2}, -{3}, {2}, {3}, -{2}, {3}] }}]\n"
+                    "[[step]]\nmodel = \"directional\"\nduration = 1.0\n"
+                    "directional = {{ Si = 0.0, Mask = -{4} }}\n",
+                    dx, top, half_x, half_y, worn),
+                "worn.toml");
+            const test::Folder folder;
+            const app::RunResult result = app::run_recipe(recipe, {.output = folder.path, .quiet = true});
+            CAPTURE(half_x, half_y, worn);
+            double sum = 0.0, largest = 0.0;
+            int count = 0;
+            for (const Vec3& p : result.surface.vertices) {
+                if (p.z() < 0.5 * (top - worn)) continue;
+                const double x = std::abs(p.x()) - half_x, y = std::abs(p.y()) - half_y,
+                             z = p.z() - top + worn;
+                const double above = std::max(0.0, z);
+                double distance =
+                    std::min(std::hypot(x, std::max(0.0, y), above), std::hypot(y, std::max(0.0, x), above));
+                if (x >= 0.0 || y >= 0.0) distance = std::min(distance, std::abs(z));
+                sum += distance, largest = std::max(largest, distance), ++count;
+            }
+            CHECK(sum / count < 0.0005);  // half a hundredth of a cell
+            CHECK(largest < 0.35 * dx);
         }
 }
