@@ -22,22 +22,29 @@ struct Plane {
     Eigen::Vector3f normal, neighbour;  // neighbour: less the node
 };
 
-// Unit gradient of the distance at a node. Of upwind and central differences those are taken whose length is
-// nearer to 1: upwind where a plane begins, central where the distance fans out.
+// Unit gradient of the distance at a node, by those differences whose length is nearest to 1: upwind where a
+// plane begins, central where the distance fans out, and those of the node's own side of the front where
+// another plane is the nearest one beyond it.
 Eigen::Vector3f normal_at(const float* v, float inv_dx) {
-    Eigen::Vector3f upwind, central;
+    constexpr float kNearer = 1e-3f;  // lengths that differ by less are alike
+    Eigen::Vector3f upwind, central, own_side;
     for (int axis = 0; axis < 3; ++axis) {
         const int stride = Stencil::kStride[axis];
-        const float minus = inv_dx * v[-stride], plus = inv_dx * v[stride];
-        const float rise = std::max(0.0f, inv_dx * *v - std::min(minus, plus));
-        upwind[axis] = minus < plus ? rise : -rise;
+        const float minus = inv_dx * v[-stride], plus = inv_dx * v[stride], own = inv_dx * *v;
+        const float near = std::min(minus, plus), next = std::max(minus, plus),
+                    rise = std::max(0.0f, own - near);
+        const float sign = minus < plus ? 1.0f : -1.0f;
+        upwind[axis] = sign * rise;
         central[axis] = 0.5f * (plus - minus);
+        own_side[axis] =
+            near < -kTie && next - near > kTie ? sign * std::max(rise, next - own) : upwind[axis];
     }
-    const float a = upwind.norm(), b = central.norm();
-    const bool use_central = std::abs(b - 1.0f) < std::abs(a - 1.0f);
-    const float length = use_central ? b : a;
-    if (length == 0.0f) return Eigen::Vector3f::Zero();
-    return (use_central ? central : upwind) / length;
+    Eigen::Vector3f best = upwind;
+    const auto off = [](const Eigen::Vector3f& g) { return std::abs(g.norm() - 1.0f); };
+    for (const Eigen::Vector3f& other : {central, own_side})
+        if (off(other) < off(best) - kNearer) best = other;
+    const float length = best.norm();
+    return length > 0.0f ? Eigen::Vector3f(best / length) : best;
 }
 
 bool diverge(const Plane& a, const Plane& b) {
@@ -103,6 +110,8 @@ float edge_distance(const float* v, float u, float inv_dx, float farthest) {
         put_in_order(1, 2);
         put_in_order(0, 1);
     }
+    // Of neighbours over one plane the nearest counts.
+    if (count == 3 && planes[0].normal.dot(planes[1].normal) > kParallel) planes[1] = planes[--count];
     const Plane &first = planes[0], &second = planes[1];
     if (first.normal.dot(second.normal) > kParallel) return u;
     if (!diverge(first, second)) return hollow > kSharpBend ? std::min(first.distance, second.distance) : u;

@@ -147,7 +147,7 @@ std::vector<EdgeNode> edge_nodes(const MaterialStack& stack, const Extension& ex
     };
     for (auto it = leaf.cbeginValueOn(); it; ++it) {
         const std::int32_t entry = SampleIndex::sample(entries[it.pos()]);
-        if (entry < 0 || !(*it < 0.0f)) continue;
+        if (entry < 0 || *it > 0.0f) continue;
         const auto sample = static_cast<std::size_t>(entry);
         // A body begins here only if it, or a lower one, is near the surface.
         const auto depths = std::span(extension.thickness).subspan(sample * below, below);

@@ -118,31 +118,9 @@ bool load_limits(const Band& band, const Domain& domain, const std::vector<std::
     return any;
 }
 
-// In cells, what re-distancing and an etch of the body may add to a depth of a whole cell or none. With 0.005
-// an undercut mask loses its corners on nodes, with 0.3 slanted faces are held (stack_test.cpp: "a mask
-// undercut by four times its thickness", "a mask that does not etch").
-constexpr float kDepthTolerance = 0.05f;
-
-// A body's corner on a node lies on its faces, not in it, and has no limit of its own: there the body's depth
-// is a whole cell at a diagonal neighbour and none at the others. Slanted faces have depths between.
-float corner_limit(const float* own, float was, float dx) {
-    if (std::abs(was) > static_cast<float>(kExposed) * dx) return kUnlimited;
-    bool corner = false;
-    for (int n = 0; n < 27; ++n) {
-        const int i = n % 3 - 1, j = n / 3 % 3 - 1, k = n / 9 - 1;
-        const float depth = -own[Block<1>::at(i, j, k) - Block<1>::at(0, 0, 0)] / dx;
-        if (depth <= kDepthTolerance) continue;
-        const bool diagonal = std::abs(i) + std::abs(j) + std::abs(k) > 1;
-        if (!diagonal || depth < 1.0f - kDepthTolerance) return kUnlimited;
-        corner = true;
-    }
-    return corner ? std::max(was, 0.0f) : kUnlimited;
-}
-
 // The limits of a leaf's nodes, by their own bodies and by those of their neighbours; nothing if there are
 // none.
-std::unique_ptr<const Values> with_neighbours(const Leaf& leaf, const Block<1>& own, const float* was,
-                                              float dx) {
+std::unique_ptr<const Values> with_neighbours(const Leaf& leaf, const Block<1>& own, float dx) {
     auto result = std::make_unique<Values>();
     result->fill(kUnlimited);
     float least = kUnlimited;
@@ -158,8 +136,6 @@ std::unique_ptr<const Values> with_neighbours(const Leaf& leaf, const Block<1>& 
                 beside = std::min({beside, v[n - stride], v[n + stride]});
             limit[z] = std::min(v[n], beside + dx);
         }
-        for (std::size_t z = 0; z < kLanes; ++z)
-            limit[z] = std::min(limit[z], corner_limit(v + z, was[8 * row + static_cast<int>(z)], dx));
         blend(limit, kLaneMasks[active], result->data() + 8 * row);
     }
     for (const float most : *result) least = std::min(least, most);
@@ -184,8 +160,7 @@ Limits::Limits(const MaterialStack& stack, const Band& band, const std::vector<s
         const Leaf& leaf = *band.leaves[n];
         Block<1> around;
         if (!load_limits(band, stack.domain, own, leaf.origin(), around)) return;
-        limited[n] = {leaf.origin(), with_neighbours(leaf, around, before + n * Leaf::SIZE,
-                                                     static_cast<float>(stack.domain.spacing))};
+        limited[n] = {leaf.origin(), with_neighbours(leaf, around, static_cast<float>(stack.domain.spacing))};
     });
     for (Limited& leaf : limited)
         if (leaf.most) leaves_.push_back(std::move(leaf));

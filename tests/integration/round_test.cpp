@@ -186,7 +186,7 @@ TEST_CASE("a conformal film in a round hole is the offset of the hole") {
 
 TEST_CASE("a round profile has the film of the hole that it stands for") {
     const std::vector<std::string> square{"domain.extent=[4.0, 4.0]", "domain.symmetry=none",
-                                          "flux.rays=400000"};
+                                          "flux.rays=1600000"};
     const Json solid = summary(kRoundHole + kSticking + "[metrology]\nmeasures = [\"film\", \"depth\"]\n",
                                square)["metrology"],
                profile = summary(kRoundHole + kSticking + "[metrology]\nmeasures = [\"film\", \"depth\"]\n",
