@@ -96,6 +96,7 @@ struct FluxResult : TallyFlux, Counts {
     /// Species that the pass traced together, and this one's place among them: segments, rescued and seconds
     /// are the same for all of them, so sum those of place 0.
     std::uint32_t pass_species = 1, pass_place = 0;
+    /// The larger of the relative errors of arrivals and of redeposition, which TraceOptions::relative_error bounds.
     double largest_error() const { return std::max(relative_error, redeposition_error); }
     /// Tally \p k in the order of tally_names.
     const TallyFlux& tally(std::size_t k) const { return k == 0 ? *this : others[k - 1]; }
