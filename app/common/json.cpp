@@ -35,10 +35,18 @@ Json mesh_sizes(const TriangleMesh& mesh) {
     return Json{{"vertices", mesh.vertices.size()}, {"triangles", mesh.triangles.size()}};
 }
 
-Json parse_json(const std::string& text) {
-    constexpr int kDeepest = 64;
-    return Json::parse(
-        text, [](int depth, Json::parse_event_t, Json&) { return depth < kDeepest; }, false);
+Json parse_json(const std::string& text, std::size_t most) {
+    constexpr int kDeepest = 64;  // copies recurse
+    struct TooMany {};
+    const auto counted = [&](int depth, Json::parse_event_t, Json&) {
+        if (most-- == 0 || depth > kDeepest) throw TooMany();
+        return true;
+    };
+    try {
+        return Json::parse(text, counted, false);
+    } catch (const TooMany&) {
+        return Json::value_t::discarded;
+    }
 }
 
 Json read_json(const fs::path& path, const std::string& advice) {

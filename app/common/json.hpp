@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <concepts>
+#include <cstdint>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -23,8 +24,9 @@ Json number_or_null(double value, int digits = 17);
 /// The numbers of vertices and triangles: {"vertices": ..., "triangles": ...}.
 Json mesh_sizes(const TriangleMesh& mesh);
 
-/// The JSON of a text, discarded if it is none. What is nested deeper than 64 levels is left out: copies of it recurse.
-Json parse_json(const std::string& text);
+/// The JSON of a text. It is discarded if it is no JSON, is nested deeper than 64 levels, or has more than \p most keys and
+/// values, ends of lists and objects among them: the time of an object grows with the square of its keys.
+Json parse_json(const std::string& text, std::size_t most = SIZE_MAX);
 
 /// The JSON in a file.
 /// \throws FileError if the file is missing or no JSON; the message ends with \p advice.

@@ -8,7 +8,7 @@
 #include <set>
 
 #include "app/common/files.hpp"
-#include "app/common/foreign_json.hpp"
+#include "app/common/json.hpp"
 #include "app/models/model.hpp"
 #include "app/process/record/saved_meshes.hpp"
 #include "app/process/wafer.hpp"
@@ -116,7 +116,7 @@ void keep_first(Map& map, std::size_t most) {
 void add_figures(const std::string& summary, const fs::path& timeline, RunRow& row) {
     if (!summary.empty()) {
         constexpr std::size_t kMostValues = 50'000;
-        const Json json = parse_foreign_json(summary, kMostValues);
+        const Json json = parse_json(summary, kMostValues);
         const Json units = json.value("metrology_units", Json::object());
         const Json metrology = json.value("metrology", Json::object());
         for (const auto& [name, value] : metrology.items()) row.figures[name] = {value, text_at(units, name)};

@@ -11,7 +11,6 @@
 #include <regex>
 
 #include "app/common/files.hpp"
-#include "app/common/foreign_json.hpp"
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
 #include "app/report/recipe_page.hpp"
@@ -23,7 +22,7 @@ namespace {
 // A file of results as JSON: null if there is none, or none that this program writes.
 Json json_in(const Descriptor& run, const std::string& name) {
     constexpr std::size_t kMostValues = 50'000;
-    Json json = parse_foreign_json(text_of(open_file(run, name.c_str())), kMostValues);
+    Json json = parse_json(text_of(open_file(run, name.c_str())), kMostValues);
     return json.is_object() ? json : Json();
 }
 

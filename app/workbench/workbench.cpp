@@ -7,7 +7,6 @@
 #include <regex>
 
 #include "app/common/files.hpp"
-#include "app/common/foreign_json.hpp"
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
 #include "app/recipe/decks.hpp"
@@ -286,7 +285,7 @@ WebReply Workbench::answer(const WebRequest& request) const {
     try {
         if (request.method == "POST") {
             constexpr std::size_t kMostValues = 10'000;
-            const Json asked = parse_foreign_json(request.body, kMostValues);
+            const Json asked = parse_json(request.body, kMostValues);
             if (!asked.is_object()) return {.status = 400, .type = "text/plain", .body = "not JSON\n"};
             return posted(folder_, request.path, asked);
         }
