@@ -48,17 +48,12 @@ std::string page_html(const std::string& title, const std::string& data, const P
         "<title>{}</title>\n<style>\n{}{}</style>\n</head>\n<body>\n"
         "<noscript>This page draws its charts and tables with its own script: allow scripts for this file.</noscript>\n"
         "<main id=\"page\"></main>\n<script type=\"application/json\" id=\"data\">",
-        kPolicy, more.policy, title, embedded(sidewall_style, sidewall_style_end), more.style);
+        kPolicy, more.policy, title, embedded_style, more.style);
     html += data;
     html += "</script>\n";
-    html += fmt::format("<script>\n{}{}\n{}</script>\n", kThreeLicence,
-                        embedded(sidewall_three, sidewall_three_end),
-                        embedded(sidewall_orbit, sidewall_orbit_end));
-    for (const std::string_view text :
-         {embedded(sidewall_charts, sidewall_charts_end), embedded(sidewall_tables, sidewall_tables_end),
-          embedded(sidewall_contours, sidewall_contours_end), embedded(sidewall_solid, sidewall_solid_end),
-          embedded(sidewall_viewer, sidewall_viewer_end), embedded(sidewall_panel, sidewall_panel_end),
-          embedded(sidewall_page, sidewall_page_end)})
+    html += fmt::format("<script>\n{}{}\n{}</script>\n", kThreeLicence, embedded_three, embedded_orbit);
+    for (const std::string_view text : {embedded_charts, embedded_tables, embedded_contours, embedded_solid,
+                                        embedded_viewer, embedded_panel, embedded_page})
         html += fmt::format("<script>\n{}</script>\n", text);
     for (const std::string_view text : more.scripts) html += fmt::format("<script>\n{}</script>\n", text);
     return html + "</body>\n</html>\n";

@@ -28,19 +28,12 @@ constexpr std::string_view kEditorLicence =
 
 std::string workbench_html() {
     const std::string style =
-        fmt::format("{}{}{}", embedded(sidewall_codemirror_css, sidewall_codemirror_css_end),
-                    embedded(sidewall_hint_css, sidewall_hint_css_end),
-                    embedded(sidewall_workbench_css, sidewall_workbench_css_end));
-    return page_html(
-        "Sidewall", "{}",
-        {.style = style,
-         .policy = "; connect-src 'self'; form-action 'none'; base-uri 'none'",
-         .scripts = {kEditorLicence, embedded(sidewall_codemirror, sidewall_codemirror_end),
-                     embedded(sidewall_hint, sidewall_hint_end), embedded(sidewall_toml, sidewall_toml_end),
-                     embedded(sidewall_editor, sidewall_editor_end),
-                     embedded(sidewall_compare, sidewall_compare_end),
-                     embedded(sidewall_masks, sidewall_masks_end),
-                     embedded(sidewall_workbench, sidewall_workbench_end)}});
+        fmt::format("{}{}{}", embedded_codemirror_css, embedded_hint_css, embedded_workbench_css);
+    return page_html("Sidewall", "{}",
+                     {.style = style,
+                      .policy = "; connect-src 'self'; form-action 'none'; base-uri 'none'",
+                      .scripts = {kEditorLicence, embedded_codemirror, embedded_hint, embedded_toml,
+                                  embedded_editor, embedded_compare, embedded_masks, embedded_workbench}});
 }
 
 }  // namespace sidewall::app
