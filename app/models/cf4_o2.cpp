@@ -116,18 +116,20 @@ Model make_cf4_o2(const Cf4O2& p, const Materials& materials) {
                      {"oxygen", 1.0, sticking.free[kO]},
                      {"polymer", 1.0, sticking.free[kC]}};
     if (ions > 0.0) {
-        flux::Species ion =
-            ion_species(p.ions, std::min({p.sputter_threshold, p.enhanced_threshold, p.removal_threshold}));
-        ion.yields = {
-            {"sputter",
-             flux::Angular::sputter,
-             p.sputter_threshold,
-             by_material(p.sputter_yield),
-             {p.sputter_angle}},
-            {"enhanced", flux::Angular::enhanced, p.enhanced_threshold, by_material(p.enhanced_yield), {}},
-            {"oxygen_removal", flux::Angular::enhanced, p.removal_threshold, {p.oxygen_removal_yield}, {}},
-            {"polymer_removal", flux::Angular::enhanced, p.removal_threshold, {p.polymer_removal_yield}, {}}};
-        model.species.push_back(std::move(ion));
+        model.species.push_back(ion_species(
+            p.ions,
+            {{"sputter",
+              flux::Angular::sputter,
+              p.sputter_threshold,
+              by_material(p.sputter_yield),
+              {p.sputter_angle}},
+             {"enhanced", flux::Angular::enhanced, p.enhanced_threshold, by_material(p.enhanced_yield), {}},
+             {"oxygen_removal", flux::Angular::enhanced, p.removal_threshold, {p.oxygen_removal_yield}, {}},
+             {"polymer_removal",
+              flux::Angular::enhanced,
+              p.removal_threshold,
+              {p.polymer_removal_yield},
+              {}}}));
     }
     const auto by_ions = [ions](const SurfacePoint& point, Tally tally) {
         return ions > 0.0 ? ions * point.flux[tally] : 0.0;

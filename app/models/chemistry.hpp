@@ -7,36 +7,13 @@
 // be zero, where the steady state is the exact one-sided limit.
 namespace sidewall::app {
 
-/// Fractions of the sites held by an etchant and by what passivates the surface.
-struct PassivatedCoverage {
-    double etchant = 0.0;
-    double passivant = 0.0;
-};
-
-/// Steady state of two adsorbates that compete for free sites: gain (1 - etchant - passivant) = loss *
-/// coverage for each. With a = etchant_loss / etchant_gain and b = passivant_loss / passivant_gain it is
-/// etchant = 1 / (1 + a (1 + 1/b)), passivant = 1 / (1 + b (1 + 1/a)). Belen et al., JVST A 23, 99 (2005).
-inline PassivatedCoverage passivated_coverage(double etchant_gain, double etchant_loss, double passivant_gain,
-                                              double passivant_loss) {
-    const auto alone = [](double gain, double loss) { return gain > 0.0 ? gain / (gain + loss) : 0.0; };
-    if (passivant_gain <= 0.0) return {alone(etchant_gain, etchant_loss), 0.0};
-    if (etchant_gain <= 0.0) return {0.0, alone(passivant_gain, passivant_loss)};
-    if (passivant_loss <= 0.0 && etchant_loss > 0.0) return {0.0, 1.0};
-    if (etchant_loss <= 0.0 && passivant_loss > 0.0) return {1.0, 0.0};
-    if (etchant_loss <= 0.0)  // nothing ever leaves: the sites are shared as they were taken
-        return {etchant_gain / (etchant_gain + passivant_gain),
-                passivant_gain / (etchant_gain + passivant_gain)};
-    const double e = etchant_gain / etchant_loss, p = passivant_gain / passivant_loss;
-    return {e / (1.0 + e + p), p / (1.0 + e + p)};
-}
-
 /// Gain and loss of one of several adsorbates: gain (free sites) = loss * coverage.
 struct Adsorbate {
     double gain = 0.0, loss = 0.0;
 };
 
 /// Steady state of adsorbates that compete for free sites: theta_k = r_k / (1 + sum of r), r = gain / loss. Those that
-/// never leave share all sites, as they were taken.
+/// never leave share all sites, as they were taken. Two: Belen et al., JVST A 23, 99 (2005).
 template <std::size_t N>
 std::array<double, N> competing_coverages(const std::array<Adsorbate, N>& adsorbates) {
     std::array<double, N> theta{};

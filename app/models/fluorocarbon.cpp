@@ -81,18 +81,17 @@ Model make_fluorocarbon(const Fluorocarbon& p, const Materials& materials) {
     model.deposit = film(p.deposit, materials, true);
     const auto film_id = *model.deposit;
     flux::Species ion =
-        ion_species(p.ions, std::min({p.sputter_threshold, p.enhanced_threshold, p.removal_threshold}));
-    ion.yields = {{"sputter",
-                   flux::Angular::sputter,
-                   p.sputter_threshold,
-                   by_material_id(p.sputter_yield, materials),
-                   {p.sputter_angle}},
-                  {"enhanced",
-                   flux::Angular::cosine,
-                   p.enhanced_threshold,
-                   by_material_id(p.enhanced_yield, materials),
-                   {}},
-                  {"removal", flux::Angular::cosine, p.removal_threshold, {p.removal_yield}, {}}};
+        ion_species(p.ions, {{"sputter",
+                              flux::Angular::sputter,
+                              p.sputter_threshold,
+                              by_material_id(p.sputter_yield, materials),
+                              {p.sputter_angle}},
+                             {"enhanced",
+                              flux::Angular::cosine,
+                              p.enhanced_threshold,
+                              by_material_id(p.enhanced_yield, materials),
+                              {}},
+                             {"removal", flux::Angular::cosine, p.removal_threshold, {p.removal_yield}, {}}});
     model.species = {std::move(ion), {"etchant", 1.0, beta_e}, {"polymer", 1.0, beta_p}};
 
     model.coverages.names = {"etchant", "polymer", "etchant_on_polymer"};

@@ -140,14 +140,14 @@ flux::Species beam_species(const IonBeam& p) {
         throw KeyError("yield", "must not add up to 0: Y is 1 at normal incidence");
     if (p.threshold >= p.ions.energy) throw KeyError("threshold", "must be below energy, or nothing etches");
 
-    flux::Species ion = ion_species(p.ions, p.threshold);
+    flux::Species ion =
+        ion_species(p.ions, {{"sputter",
+                              table.empty() ? flux::Angular::polynomial : flux::Angular::table,
+                              p.threshold,
+                              {1.0},
+                              table.empty() ? coefficients : table}});
     ion.beam = tilted_beam(p.tilt_deg, p.azimuth_deg);
     ion.rotating = p.rotating;
-    ion.yields = {{"sputter",
-                   table.empty() ? flux::Angular::polynomial : flux::Angular::table,
-                   p.threshold,
-                   {1.0},
-                   table.empty() ? coefficients : table}};
     return ion;
 }
 

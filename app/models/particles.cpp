@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <initializer_list>
 #include <string>
@@ -238,14 +239,15 @@ std::vector<Key> ion_keys(Ions& p) {
     return keys;
 }
 
-flux::Species ion_species(const Ions& p, double threshold) {
+flux::Species ion_species(const Ions& p, std::vector<flux::Yield> yields) {
     flux::Species ion = flux::ion("ion", {p.energy, p.energy_spread}, p.ion_exponent);
     ion.reflection.from = kRadiansPerDegree * p.reflect_from_deg;
     ion.reflection.to = kRadiansPerDegree * p.reflect_to_deg;
     if (ion.reflection.to <= ion.reflection.from)
         throw KeyError("reflect_to_deg", "must be greater than reflect_from_deg");
     set_reflection(p.cone, ion);
-    ion.stop_energy = threshold;
+    ion.stop_energy = std::ranges::min(yields, {}, &flux::Yield::threshold).threshold;
+    ion.yields = std::move(yields);
     return ion;
 }
 

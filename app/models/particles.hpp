@@ -26,8 +26,8 @@ struct Ions {
 
 std::vector<Key> ion_keys(Ions& ions);
 
-/// The species of these ions, without yields, that stops below \p threshold (eV).
-flux::Species ion_species(const Ions& ions, double threshold);
+/// The species of these ions, which stops below the least threshold of its \p yields.
+flux::Species ion_species(const Ions& ions, std::vector<flux::Yield> yields);
 
 /// Unit direction of a beam tilted from straight down, towards an azimuth counted from x to y; degrees. Along
 /// an axis it is that axis to the last bit.

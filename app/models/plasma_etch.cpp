@@ -56,15 +56,14 @@ Model make_plasma_etch(const PlasmaEtch& p, const Materials& materials) {
     const std::vector<std::uint8_t> reacts = marked(p.etched, materials);
 
     Model model;
-    flux::Species ion =
-        ion_species(p.ions, std::min({p.sputter_threshold, p.enhanced_threshold, p.removal_threshold}));
-    ion.yields = {{"sputter",
-                   flux::Angular::sputter,
-                   p.sputter_threshold,
-                   by_material_id(p.sputter_yield, materials),
-                   {p.sputter_angle}},
-                  {"enhanced", flux::Angular::enhanced, p.enhanced_threshold, {p.enhanced_yield}, {}},
-                  {"removal", flux::Angular::enhanced, p.removal_threshold, {p.removal_yield}, {}}};
+    flux::Species ion = ion_species(
+        p.ions, {{"sputter",
+                  flux::Angular::sputter,
+                  p.sputter_threshold,
+                  by_material_id(p.sputter_yield, materials),
+                  {p.sputter_angle}},
+                 {"enhanced", flux::Angular::enhanced, p.enhanced_threshold, {p.enhanced_yield}, {}},
+                 {"removal", flux::Angular::enhanced, p.removal_threshold, {p.removal_yield}, {}}});
     model.species = {std::move(ion), {"etchant", 1.0, beta_e}, {"oxygen", 1.0, beta_p}};
 
     model.coverages.names = {"etchant", "oxygen"};
@@ -72,12 +71,11 @@ Model make_plasma_etch(const PlasmaEtch& p, const Materials& materials) {
     model.coverages.react = [=](const SurfacePoint& point, double, std::span<double> theta) {
         const auto m = static_cast<std::size_t>(point.material);
         const double to_e = p.coverage_beta ? beta_e[m] : 1.0, to_p = p.coverage_beta ? beta_p[m] : 1.0;
-        const PassivatedCoverage steady = passivated_coverage(
-            to_e * p.etchant_flux * point.flux[kEtchant],
-            p.k_sigma + 2.0 * p.ion_flux * point.flux[kEnhanced],
-            to_p * p.oxygen_flux * point.flux[kPassivant], p.beta_sigma + p.ion_flux * point.flux[kRemoval]);
-        theta[kEtchantSite] = steady.etchant;
-        theta[kPassivantSite] = steady.passivant;
+        const auto steady = competing_coverages<2>({{{to_e * p.etchant_flux * point.flux[kEtchant],
+                                                      p.k_sigma + 2.0 * p.ion_flux * point.flux[kEnhanced]},
+                                                     {to_p * p.oxygen_flux * point.flux[kPassivant],
+                                                      p.beta_sigma + p.ion_flux * point.flux[kRemoval]}}});
+        std::ranges::copy(steady, theta.begin());
     };
     model.sticking = [=, own = model.species](std::size_t k, const SurfacePoint& point) {
         const std::vector<double>& s = own[k].sticking;

@@ -49,23 +49,20 @@ TEST_CASE("passivated coverages are the steady state, in every limit too") {
         for (const double gp : {0.5, 1e-9, 1e7})
             for (const double le : {2.0, 1e-5})
                 for (const double lp : {0.04, 30.0}) {
-                    const PassivatedCoverage theta = passivated_coverage(ge, le, gp, lp);
+                    const auto theta = competing_coverages<2>({{{ge, le}, {gp, lp}}});
                     const double a = le / ge, b = lp / gp;
-                    CHECK(theta.etchant == Approx(1.0 / (1.0 + a * (1.0 + 1.0 / b))).epsilon(1e-12));
-                    CHECK(theta.passivant == Approx(1.0 / (1.0 + b * (1.0 + 1.0 / a))).epsilon(1e-12));
+                    CHECK(theta[0] == Approx(1.0 / (1.0 + a * (1.0 + 1.0 / b))).epsilon(1e-12));
+                    CHECK(theta[1] == Approx(1.0 / (1.0 + b * (1.0 + 1.0 / a))).epsilon(1e-12));
                 }
-    const auto is = [](PassivatedCoverage theta, double etchant, double passivant) {
-        CHECK(theta.etchant == etchant);
-        CHECK(theta.passivant == passivant);
-    };
-    is(passivated_coverage(0, 2, 0, 3), 0, 0);
-    is(passivated_coverage(6, 2, 0, 3), 0.75, 0);  // no passivant: 1 / (1 + a)
-    is(passivated_coverage(6, 2, 0, 0), 0.75, 0);
-    is(passivated_coverage(0, 2, 1, 3), 0, 0.25);
-    is(passivated_coverage(6, 2, 1, 0), 0, 1);  // what never leaves takes every site
-    is(passivated_coverage(6, 0, 1, 3), 1, 0);
-    is(passivated_coverage(0, 0, 0, 0), 0, 0);
-    is(passivated_coverage(3, 0, 1, 0), 0.75, 0.25);
+    using Two = std::array<double, 2>;
+    CHECK(competing_coverages<2>({{{0, 2}, {0, 3}}}) == Two{0, 0});
+    CHECK(competing_coverages<2>({{{6, 2}, {0, 3}}}) == Two{0.75, 0});  // no passivant: 1 / (1 + a)
+    CHECK(competing_coverages<2>({{{6, 2}, {0, 0}}}) == Two{0.75, 0});
+    CHECK(competing_coverages<2>({{{0, 2}, {1, 3}}}) == Two{0, 0.25});
+    CHECK(competing_coverages<2>({{{6, 2}, {1, 0}}}) == Two{0, 1});  // what never leaves takes every site
+    CHECK(competing_coverages<2>({{{6, 0}, {1, 3}}}) == Two{1, 0});
+    CHECK(competing_coverages<2>({{{0, 0}, {0, 0}}}) == Two{0, 0});
+    CHECK(competing_coverages<2>({{{3, 0}, {1, 0}}}) == Two{0.75, 0.25});
 }
 
 TEST_CASE("adsorbates that compete for sites are in steady state, in every limit too") {
@@ -80,11 +77,6 @@ TEST_CASE("adsorbates that compete for sites are in steady state, in every limit
                 CHECK(std::abs(balance) <= 1e-14 * all[k].gain + 1e-12 * all[k].loss * theta[k]);
             }
         }
-    // Two adsorbates: Belen's.
-    const auto two = competing_coverages<2>({{{3.0, 2.0}, {0.5, 0.04}}});
-    const PassivatedCoverage belen = passivated_coverage(3.0, 2.0, 0.5, 0.04);
-    CHECK(two[0] == Approx(belen.etchant).epsilon(1e-14));
-    CHECK(two[1] == Approx(belen.passivant).epsilon(1e-14));
     using Three = std::array<double, 3>;
     CHECK(competing_coverages<3>({{{0, 0}, {0, 1}, {0, 0}}}) == Three{0, 0, 0});
     CHECK(competing_coverages<3>({{{6, 2}, {0, 0}, {0, 1}}}) == Three{0.75, 0, 0});

@@ -111,13 +111,13 @@ rate = { Si = "-1e-3*(10*ion_sputter + e*(300/4 + 10*ion_enhanced))/density" }
     std::vector<double> theta(2, 0.0);
     etch.model.coverages.react(etch.point("Si", flux, theta), 0.0, theta);
     // The two name each other: the closed form of competing adsorbates.
-    const PassivatedCoverage exact =
-        passivated_coverage(4500.0, 300.0 + 20.0 * enhanced, 800.0, 0.04 + 30.0 * enhanced);
-    CHECK(theta[0] == Approx(exact.etchant).epsilon(1e-9));
-    CHECK(theta[1] == Approx(exact.passivant).epsilon(1e-9));
+    const auto exact =
+        competing_coverages<2>({{{4500.0, 300.0 + 20.0 * enhanced}, {800.0, 0.04 + 30.0 * enhanced}}});
+    CHECK(theta[0] == Approx(exact[0]).epsilon(1e-9));
+    CHECK(theta[1] == Approx(exact[1]).epsilon(1e-9));
     const SurfacePoint point = etch.point("Si", flux, theta);
     CHECK(etch.model.speed(point) ==
-          Approx(-1e-3 * (10.0 * sputter + exact.etchant * (75.0 + 10.0 * enhanced)) / 5.02).epsilon(1e-9));
+          Approx(-1e-3 * (10.0 * sputter + exact[0] * (75.0 + 10.0 * enhanced)) / 5.02).epsilon(1e-9));
     CHECK(etch.model.sticking(0, point) == 0.0);  // ions: their reflection decides
     CHECK(etch.model.sticking(1, point) == Approx(0.7 * (1.0 - theta[0] - theta[1])).epsilon(1e-12));
     CHECK(etch.model.sticking(1, etch.point("Mask", flux, theta)) == 0.1);
@@ -169,9 +169,9 @@ TEST_CASE("coverages that name each other settle, and those with a rate follow t
             result[1] = 499.0 * (1.0 - at[0]) / 500.0;
         },
         theta));
-    const PassivatedCoverage exact = passivated_coverage(999.0, 1.0, 499.0, 1.0);
-    CHECK(theta[0] == Approx(exact.etchant).epsilon(1e-8));
-    CHECK(theta[1] == Approx(exact.passivant).epsilon(1e-8));
+    const auto exact = competing_coverages<2>({{{999.0, 1.0}, {499.0, 1.0}}});
+    CHECK(theta[0] == Approx(exact[0]).epsilon(1e-8));
+    CHECK(theta[1] == Approx(exact[1]).epsilon(1e-8));
     std::vector<double> none{0.5};
     CHECK_FALSE(solve_coverages(
         [](std::span<const double> at, std::span<double> result) { result[0] = at[0] + 1.0; }, none));
