@@ -33,25 +33,21 @@ std::string section_text(const std::string& header, const Section& section, cons
     return fmt::format("\n{}\n{}", header, keys_text(section, units));
 }
 
-void collect(const std::vector<Key>& keys, std::set<std::string>& names) {
-    for (const Key& key : keys) {
-        // Without a value for all others a table lists what is published, wanted or not.
-        if (auto* by_material = std::get_if<ByMaterial*>(&key.target);
-            by_material && (*by_material)->fallback)
-            for (const auto& [name, number] : (*by_material)->named) names.insert(name);
-        if (auto* expressions = std::get_if<Expressions*>(&key.target))
-            for (const auto& [name, text] : (*expressions)->named) names.insert(name);
-        if (auto* text = std::get_if<std::string*>(&key.target)) names.insert(**text);
-        if (auto* list = std::get_if<std::vector<std::string>*>(&key.target))
-            names.insert((*list)->begin(), (*list)->end());
-        if (auto* tables = std::get_if<TableList>(&key.target))
-            for (std::size_t i = 0; i < tables->size(); ++i) collect(tables->keys(i), names);
-    }
+// What a key says that may name materials.
+void collect(const Key& key, std::set<std::string>& names) {
+    // Without a value for all others a table lists what is published, wanted or not.
+    if (auto* by_material = std::get_if<ByMaterial*>(&key.target); by_material && (*by_material)->fallback)
+        for (const auto& [name, number] : (*by_material)->named) names.insert(name);
+    if (auto* expressions = std::get_if<Expressions*>(&key.target))
+        for (const auto& [name, text] : (*expressions)->named) names.insert(name);
+    if (auto* text = std::get_if<std::string*>(&key.target)) names.insert(**text);
+    if (auto* list = std::get_if<std::vector<std::string>*>(&key.target))
+        names.insert((*list)->begin(), (*list)->end());
 }
 
 void collect(const std::vector<Step>& steps, std::set<std::string>& names) {
     for (const Step& step : steps) {
-        collect(model_keys(step), names);
+        each_key(model_keys(step), [&](const Key& key, const std::string&) { collect(key, names); });
         names.insert(step.stop_material);
         collect(step.steps, names);
     }

@@ -74,7 +74,7 @@ class Walk {
 };
 
 struct Column {
-    std::string key, unit;
+    std::string key;
     const ByMaterial* value;
 };
 
@@ -84,9 +84,10 @@ struct TextColumn {
     std::map<std::string, std::string, std::less<>> values;  // "default" among them
 };
 
-void add_texts(const std::vector<Key>& keys, const std::string& path, std::vector<TextColumn>& list) {
-    for (const Key& key : keys) {
-        TextColumn column{path + key.name, {}};
+std::vector<TextColumn> texts(const std::vector<Key>& keys) {
+    std::vector<TextColumn> list;
+    each_key(keys, [&](const Key& key, const std::string& path) {
+        TextColumn column{path, {}};
         if (const auto* numbers = std::get_if<ByMaterial*>(&key.target)) {
             for (const auto& [name, number] : (*numbers)->named) column.values[name] = toml_text(number);
             if ((*numbers)->fallback) column.values["default"] = toml_text(*(*numbers)->fallback);
@@ -94,25 +95,16 @@ void add_texts(const std::vector<Key>& keys, const std::string& path, std::vecto
         if (const auto* texts = std::get_if<Expressions*>(&key.target); texts != nullptr && key.rule.material)
             column.values.insert((*texts)->named.begin(), (*texts)->named.end());
         if (!column.values.empty()) list.push_back(std::move(column));
-        const auto* tables = std::get_if<TableList>(&key.target);
-        for (std::size_t i = 0; tables != nullptr && i < tables->size(); ++i)
-            add_texts(tables->keys(i), fmt::format("{}{}[{}].", path, key.name, i), list);
-    }
-}
-
-void add_columns(const std::vector<Key>& keys, const std::string& path, std::vector<Column>& list) {
-    for (const Key& key : keys) {
-        if (const auto* by_material = std::get_if<ByMaterial*>(&key.target))
-            list.push_back({path + key.name, key.unit, *by_material});
-        const auto* tables = std::get_if<TableList>(&key.target);
-        for (std::size_t i = 0; tables != nullptr && i < tables->size(); ++i)
-            add_columns(tables->keys(i), fmt::format("{}{}[{}].", path, key.name, i), list);
-    }
+    });
+    return list;
 }
 
 std::vector<Column> columns(const Step& step) {
     std::vector<Column> list;
-    add_columns(model_keys(step), "", list);
+    each_key(model_keys(step), [&](const Key& key, const std::string& path) {
+        if (const auto* by_material = std::get_if<ByMaterial*>(&key.target))
+            list.push_back({path, *by_material});
+    });
     return list;
 }
 
@@ -163,7 +155,7 @@ std::vector<StepMaterials> materials_by_step(const Recipe& recipe, std::span<con
 void require_values(const StepMaterials& here, const Materials& materials) {
     const auto* film = target_of<std::string>(model_keys(*here.step), "deposit");
     std::string first, rule;
-    for (const auto& [key, unit, value] : columns(*here.step)) {
+    for (const auto& [key, value] : columns(*here.step)) {
         std::vector<std::string> missing, known;
         for (const int id : here.ids) {
             const std::string& name = materials[static_cast<std::size_t>(id)].name;
@@ -190,9 +182,7 @@ std::vector<IdleValues> idle_values(const StepMaterials& here, const Materials& 
     for (const int id : here.ids) met.insert(materials[static_cast<std::size_t>(id)].name);
     const ModelEntry& model = *find_model(here.step->model);
     std::any defaults = model.defaults;
-    std::vector<TextColumn> given, usual;
-    add_texts(model_keys(*here.step), "", given);
-    add_texts(model.keys(defaults), "", usual);
+    const std::vector<TextColumn> given = texts(model_keys(*here.step)), usual = texts(model.keys(defaults));
     std::vector<IdleValues> idle;
     for (const TextColumn& column : given) {
         const auto of_model = std::ranges::find(usual, column.key, &TextColumn::key);

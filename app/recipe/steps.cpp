@@ -26,19 +26,12 @@ constexpr double kLongestRun = kHuge;   // process time
 // at most.
 constexpr int kMostLoops = static_cast<int>(kMostKeyParts) - 4;
 
-double unrolled(const std::vector<Step>& steps) {
-    double count = 0.0;
+// The sum of what the steps have, each as often as loops repeat it.
+double total(const std::vector<Step>& steps, double (*of)(const Step&)) {
+    double sum = 0.0;
     for (const Step& step : steps)
-        count += static_cast<double>(step.repeat) * (step.steps.empty() ? 1.0 : unrolled(step.steps));
-    return count;
-}
-
-double duration(const std::vector<Step>& steps) {
-    double time = 0.0;
-    for (const Step& step : steps)
-        time +=
-            static_cast<double>(step.repeat) * (step.steps.empty() ? step.duration : duration(step.steps));
-    return time;
+        sum += static_cast<double>(step.repeat) * (step.steps.empty() ? of(step) : total(step.steps, of));
+    return sum;
 }
 
 Step read_step(const toml::table& table, const std::string& path, Recipe& recipe, int depth);
@@ -53,34 +46,27 @@ std::vector<Step> read_list(const toml::table& parent, std::string_view key, con
     return steps;
 }
 
-// Keys that name files, tables all of them, count from the recipe's folder.
-void find_files(const toml::table& table, const std::string& path, const std::string& inner, Recipe& recipe,
-                const std::vector<Key>& keys) {
+// A key that names a file, a table, counts from the recipe's folder.
+void find_file(const toml::table& table, const std::string& path, const Key& key, const std::string& inner,
+               Recipe& recipe) {
+    std::string* const* target = std::get_if<std::string*>(&key.target);
+    if (target == nullptr || (*target)->empty() || (key.name != "file" && !key.name.ends_with("_file")))
+        return;
+    std::string& name = **target;
     const std::filesystem::path folder = std::filesystem::path(recipe.file).parent_path();
-    for (const Key& key : keys) {
-        if (const auto* tables = std::get_if<TableList>(&key.target))
-            for (std::size_t i = 0; i < tables->size(); ++i)
-                find_files(table, path, fmt::format("{}{}[{}].", inner, key.name, i), recipe,
-                           tables->keys(i));
-        std::string* const* target = std::get_if<std::string*>(&key.target);
-        if (target == nullptr || (*target)->empty() || (key.name != "file" && !key.name.ends_with("_file")))
-            continue;
-        std::string& name = **target;
-        name = std::filesystem::absolute(folder / name).lexically_normal().string();
-        std::error_code failure;
-        if (!std::filesystem::is_regular_file(name, failure))
-            located(table, path, [&] {
-                throw KeyError(inner + key.name,
-                               fmt::format("no such file: {}; the name is relative to the recipe", name));
-            });
-        try {
-            CsvTable csv = read_csv(name);
-            if (key.name == "file")  // a table; sources have no lengths and times
-                convert_columns(csv, {recipe.domain.length_unit, recipe.domain.time_unit});
-            recipe.notes.push_back(fmt::format("{}.{}{}: {}", path, inner, key.name, csv.understood));
-        } catch (const FileError& error) {
-            throw FileError("{}: {}.{}{}: {}", place_of(table), path, inner, key.name, error.what());
-        }
+    name = std::filesystem::absolute(folder / name).lexically_normal().string();
+    std::error_code failure;
+    if (!std::filesystem::is_regular_file(name, failure))
+        located(table, path, [&] {
+            throw KeyError(inner, fmt::format("no such file: {}; the name is relative to the recipe", name));
+        });
+    try {
+        CsvTable csv = read_csv(name);
+        if (key.name == "file")  // a table; sources have no lengths and times
+            convert_columns(csv, {recipe.domain.length_unit, recipe.domain.time_unit});
+        recipe.notes.push_back(fmt::format("{}.{}: {}", path, inner, csv.understood));
+    } catch (const FileError& error) {
+        throw FileError("{}: {}.{}: {}", place_of(table), path, inner, error.what());
     }
 }
 
@@ -107,7 +93,8 @@ Step read_step(const toml::table& table, const std::string& path, Recipe& recipe
     step.parameters = model.defaults;
     if (model.patterned) read_key(table, path, pattern_keys(step.pattern)[0], reading);  // so does its shape
     read_keys(table, path, "a step of model " + step.model, keys_of(step), reading);
-    find_files(table, path, "", recipe, model_keys(step));
+    each_key(model_keys(step),
+             [&](const Key& key, const std::string& inner) { find_file(table, path, key, inner, recipe); });
     if (model.patterned) place_pattern(table, path, step, recipe);
     if (model.make)
         step.built = located(table, path, [&] {
@@ -257,11 +244,11 @@ void read_steps(const toml::table& root, Recipe& recipe) {
     recipe.steps = read_list(root, "step", "step", recipe, 0);
     if (recipe.steps.empty())
         fail_missing(root, "step", "missing: a recipe needs something to do: add a [[step]]");
-    if (const double count = unrolled(recipe.steps); count > kMostSteps)
+    if (const double count = total(recipe.steps, [](const Step&) { return 1.0; }); count > kMostSteps)
         fail_missing(
             *root.get("step"), "step",
             fmt::format("loops make {:.3g} steps, over {:g}; repeat fewer times", count, kMostSteps));
-    if (duration(recipe.steps) > kLongestRun)
+    if (total(recipe.steps, [](const Step& step) { return step.duration; }) > kLongestRun)
         fail_missing(*root.get("step"), "step",
                      fmt::format("durations add up to over {:g}; check the unit", kLongestRun));
     double lowest = lowest_start(recipe);

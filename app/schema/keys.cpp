@@ -165,6 +165,17 @@ Rule required(Rule rule) {
     return rule;
 }
 
+void each_key(const std::vector<Key>& keys,
+              const std::function<void(const Key&, const std::string& path)>& visit,
+              const std::string& before) {
+    for (const Key& key : keys) {
+        visit(key, before + key.name);
+        const auto* tables = std::get_if<TableList>(&key.target);
+        for (std::size_t i = 0; tables != nullptr && i < tables->size(); ++i)
+            each_key(tables->keys(i), visit, fmt::format("{}{}[{}].", before, key.name, i));
+    }
+}
+
 void append_keys(std::vector<Key>& keys, std::vector<Key> more) {
     std::move(more.begin(), more.end(), std::back_inserter(keys));
 }

@@ -168,6 +168,11 @@ T* target_of(const std::vector<Key>& keys, std::string_view name) {
     return nullptr;
 }
 
+/// Calls \p visit with every key and its path: those in listed tables are at `list[0].key`.
+void each_key(const std::vector<Key>& keys,
+              const std::function<void(const Key&, const std::string& path)>& visit,
+              const std::string& before = {});
+
 /// Appends \p more, e.g. the keys that several models share, to \p keys.
 void append_keys(std::vector<Key>& keys, std::vector<Key> more);
 
