@@ -39,10 +39,10 @@ void print_report(const RunResult& result, const RunOptions& options) {
         print_plain("noise leaves about {:.1g} % in what a step moves ({:.2g} % asked for)\n",
                     100.0 * s["noise"]["reached"].get<double>(), 100.0 * s["noise"]["asked"].get<double>());
     print_plain("  {:<12} {:>9}  {:>5}\n", "phase", "seconds", "share");
-    for_each_phase([&](const char* name, double Timing::*phase) {
-        print_plain("  {:<12} {:>9.2f}  {:>4.0f}%\n", name, result.timing.*phase,
-                    100.0 * result.timing.*phase / result.timing.total);
-    });
+    const Json timing = result.timing;
+    for (const auto& [name, seconds] : timing.items())
+        print_plain("  {:<12} {:>9.2f}  {:>4.0f}%\n", name, seconds,
+                    100.0 * seconds.get<double>() / result.timing.total);
     if (s.contains("ranks"))
         print_plain("  {} ranks; {:.2f} s went into sums over them, waiting included\n", s["ranks"]["count"],
                     s["ranks"]["seconds_in_sums"]);

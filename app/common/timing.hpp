@@ -5,7 +5,7 @@
 
 namespace sidewall::app {
 
-/// Wall-clock seconds by phase of the time loop.
+/// Wall-clock seconds by phase of the time loop; its JSON lists the phases in that order.
 struct Timing {
     double extract = 0, features = 0, simplify = 0, bvh = 0, trace = 0, rates = 0, extend = 0, advect = 0,
            redistance = 0, output = 0, total = 0;
@@ -13,22 +13,6 @@ struct Timing {
 
 SIDEWALL_JSON(Timing, extract, features, simplify, bvh, trace, rates, extend, advect, redistance, output,
               total)
-
-/// The phases by name, in the order of the time loop. \p use is called as use(name, member pointer).
-template <class Use>
-void for_each_phase(Use&& use) {
-    use("extract", &Timing::extract);
-    use("features", &Timing::features);
-    use("simplify", &Timing::simplify);
-    use("bvh", &Timing::bvh);
-    use("trace", &Timing::trace);
-    use("rates", &Timing::rates);
-    use("extend", &Timing::extend);
-    use("advect", &Timing::advect);
-    use("redistance", &Timing::redistance);
-    use("output", &Timing::output);
-    use("total", &Timing::total);
-}
 
 /// Seconds of a clock that never goes back; only differences mean something.
 double now();

@@ -80,9 +80,8 @@ std::optional<std::string> missing_in_summary(const Json& summary) {
     for (const char* key : {"grid_spacing", "time", "time_steps", "mesh/raw/vertices", "mesh/raw/triangles",
                             "mesh/simplified/vertices", "mesh/simplified/triangles"})
         entries.emplace_back(key, &Json::is_number);
-    for_each_phase([&](const std::string& name, double Timing::*) {
-        entries.emplace_back("timing/" + name, &Json::is_number);
-    });
+    const Json phases = Timing();
+    for (const auto& [name, none] : phases.items()) entries.emplace_back("timing/" + name, &Json::is_number);
     for (const char* key : {"metrology", "metrology_units"}) entries.emplace_back(key, &Json::is_object);
     for (const auto& [key, is] : entries)
         if (!has(summary, "/" + key, is)) return key;

@@ -36,10 +36,8 @@ double settled(double volume, const levelset::Domain& domain) {
 }
 
 Json seconds_json(const Timing& timing) {
-    Json json = Json::object();
-    for_each_phase([&](const char* name, double Timing::*phase) {
-        json[name] = number_or_null(timing.*phase, kErrorDigits);
-    });
+    Json json = timing;
+    for (Json& seconds : json) seconds = number_or_null(seconds.get<double>(), kErrorDigits);
     return json;
 }
 
