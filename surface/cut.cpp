@@ -4,10 +4,10 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include "surface/error.hpp"
+#include "surface/files/file.hpp"
 #include "surface/parallel.hpp"
 #include "surface/topology.hpp"
 
@@ -55,11 +55,8 @@ std::vector<std::uint32_t> straddling(const TriangleMesh& mesh, const std::vecto
 Plane parse_plane(const std::string& text) {
     Plane plane;
     const int axis = text.size() > 2 && text[1] == '=' ? text[0] - 'x' : -1;
-    const char* end = text.data() + text.size();
-    const auto [last, failure] = axis < 0 || axis > 2
-                                     ? std::from_chars_result{text.data(), std::errc::invalid_argument}
-                                     : std::from_chars(text.data() + 2, end, plane.offset);
-    if (failure != std::errc{} || last != end || !std::isfinite(plane.offset))
+    if (axis < 0 || axis > 2 || !read_number(std::string_view(text).substr(2), plane.offset) ||
+        !std::isfinite(plane.offset))
         throw RecipeError("cut plane '{}': must be x, y or z, '=' and a number, such as y=0", text);
     plane.normal = Vec3::Unit(axis);
     return plane;

@@ -1,5 +1,4 @@
 #pragma once
-#include <charconv>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -8,6 +7,7 @@
 #include "app/common/json.hpp"
 #include "flux/radiosity/method_choice.hpp"
 #include "surface/error.hpp"
+#include "surface/files/file.hpp"
 #include "surface/triangle_mesh.hpp"
 
 // The species that `sidewall flux` traces, from its options and the mesh's materials.
@@ -18,9 +18,7 @@ namespace sidewall::app {
 template <typename Number>
 Number parse_number(const std::string& text, const std::string& where) {
     Number value{};
-    const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (failure != std::errc{} || end != text.data() + text.size())
-        throw RecipeError("{}: \"{}\" is not a number", where, text);
+    if (!surface::read_number(text, value)) throw RecipeError("{}: \"{}\" is not a number", where, text);
     return value;
 }
 

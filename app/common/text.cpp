@@ -6,7 +6,6 @@
 #include <boost/algorithm/string/replace.hpp>
 #include <boost/algorithm/string/split.hpp>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 
@@ -132,10 +131,7 @@ std::string_view trimmed(std::string_view text) {
 
 std::optional<double> finite_number(std::string_view text) {
     double value = 0.0;
-    const char* const end = text.data() + text.size();
-    const auto [stop, error] = std::from_chars(text.data(), end, value);
-    const bool whole = error == std::errc() && stop == end && std::isfinite(value);
-    return whole ? std::optional(value) : std::nullopt;
+    return surface::read_number(text, value) && std::isfinite(value) ? std::optional(value) : std::nullopt;
 }
 
 std::string csv_field(const std::string& text) {

@@ -4,10 +4,10 @@
 
 #include <png.h>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include "app/common/files.hpp"
+#include "surface/files/file.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -288,9 +288,8 @@ void fill_rectangle(Picture& picture, double x, double y, double width, double h
 
 Colour colour_from_hex(std::string_view hex) {
     std::uint32_t code = 0;
-    if (hex.size() != 7 || hex[0] != '#') return from_code(kGrey);
-    const auto [end, failure] = std::from_chars(hex.data() + 1, hex.data() + 7, code, 16);
-    return from_code(failure == std::errc{} && end == hex.data() + 7 ? code : kGrey);
+    const bool good = hex.size() == 7 && hex[0] == '#' && surface::read_number(hex.substr(1), code, 16);
+    return from_code(good ? code : kGrey);
 }
 
 std::array<std::uint8_t, 3> to_srgb(const Colour& colour) {

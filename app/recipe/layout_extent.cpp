@@ -4,17 +4,18 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <tuple>
 
+#include "app/common/text.hpp"
 #include "app/recipe/layers.hpp"
 #include "app/recipe/reader.hpp"
 #include "app/recipe/recipe_domain.hpp"
 #include "app/recipe/sections.hpp"
 #include "levelset/shapes/polygon_clipping.hpp"
 #include "surface/error.hpp"
+#include "surface/files/file.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -62,12 +63,11 @@ std::optional<std::array<std::int64_t, 2>> layer_in(std::string_view text, std::
     if (!text.starts_with(prefix)) return std::nullopt;
     text.remove_prefix(prefix.size());
     std::array<std::int64_t, 2> numbers{};
-    const char* const end = text.data() + text.size();
-    const auto layer = std::from_chars(text.data(), end, numbers[0]);
-    if (layer.ec != std::errc() || layer.ptr == end || *layer.ptr != '/') return std::nullopt;
-    const auto type = std::from_chars(layer.ptr + 1, end, numbers[1]);
-    const auto bad = [](std::int64_t number) { return number < 0 || number > 65535; };
-    if (type.ec != std::errc() || type.ptr != end || bad(numbers[0]) || bad(numbers[1])) return std::nullopt;
+    const std::vector<std::string> parts = split(text, '/');
+    if (parts.size() != 2) return std::nullopt;
+    for (std::size_t k = 0; k < 2; ++k)
+        if (!surface::read_number(parts[k], numbers[k]) || numbers[k] < 0 || numbers[k] > 65535)
+            return std::nullopt;
     return numbers;
 }
 

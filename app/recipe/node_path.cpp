@@ -4,11 +4,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 
 #include "app/recipe/decks.hpp"
 #include "app/recipe/reader.hpp"
 #include "surface/error.hpp"
+#include "surface/files/file.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -93,8 +93,7 @@ std::vector<PathPart> split_path(std::string_view path) {
             const std::size_t end = path.find(']', i);
             if (end == std::string_view::npos) return {};
             std::size_t index = 0;
-            const auto [stop, error] = std::from_chars(path.data() + i + 1, path.data() + end, index);
-            if (error != std::errc() || stop != path.data() + end) return {};
+            if (!surface::read_number(path.substr(i + 1, end - i - 1), index)) return {};
             part.indices.push_back(index);
             i = end + 1;
         }

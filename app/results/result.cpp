@@ -37,10 +37,8 @@ std::optional<std::size_t> interface_number(const fs::path& file, const fs::path
                       start = "interface" + surface.stem().string().substr(kSurface.size()) + "_";
     if (!name.starts_with(start) || file.extension() != surface.extension()) return std::nullopt;
     std::size_t number = 0;
-    const char* end = name.data() + name.size();
-    const auto [last, failure] = std::from_chars(name.data() + start.size(), end, number);
-    if (failure != std::errc{} || last != end) return std::nullopt;
-    return number;
+    return surface::read_number(std::string_view(name).substr(start.size()), number) ? std::optional(number)
+                                                                                     : std::nullopt;
 }
 
 using Is = bool (Json::*)() const noexcept;

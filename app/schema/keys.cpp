@@ -5,10 +5,11 @@
 
 #include <algorithm>
 #include <boost/algorithm/string/predicate.hpp>
-#include <charconv>
 #include <iterator>
 #include <limits>
 #include <numeric>
+
+#include "surface/files/file.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -44,9 +45,7 @@ std::string table_text(const ByMaterial& value) {
 // A number as the recipe wrote it needs no quotes.
 std::string expression_text(const std::string& text) {
     double number = 0.0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    const bool whole = error == std::errc() && end == text.data() + text.size();
-    return whole && toml_text(number) == text ? text : toml_text(text);
+    return surface::read_number(text, number) && toml_text(number) == text ? text : toml_text(text);
 }
 
 std::string expressions_text(const Expressions& value, bool by_material) {

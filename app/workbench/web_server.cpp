@@ -17,6 +17,7 @@
 
 #include "app/common/text.hpp"
 #include "surface/error.hpp"
+#include "surface/files/file.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -36,13 +37,6 @@ constexpr int kMostConnections = 64;
 constexpr std::size_t kThreads = 16;  // two of which may ask the program
 constexpr Seconds kToArrive{20}, kToBeTaken{60};
 
-std::optional<int> hexadecimal(char c) {
-    if (c >= '0' && c <= '9') return c - '0';
-    if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-    if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-    return std::nullopt;
-}
-
 // Percent-encoded text as it was; nothing if the encoding is damaged.
 std::optional<std::string> decoded(std::string_view text) {
     std::string plain;
@@ -51,10 +45,10 @@ std::optional<std::string> decoded(std::string_view text) {
             plain += text[i] == '+' ? ' ' : text[i];
             continue;
         }
-        if (i + 2 >= text.size()) return std::nullopt;
-        const auto high = hexadecimal(text[i + 1]), low = hexadecimal(text[i + 2]);
-        if (!high || !low) return std::nullopt;
-        plain += static_cast<char>(16 * *high + *low);
+        const std::string_view digits = text.substr(i + 1, 2);
+        std::uint8_t code = 0;
+        if (digits.size() < 2 || !surface::read_number(digits, code, 16)) return std::nullopt;
+        plain += static_cast<char>(code);
         i += 2;
     }
     return plain;

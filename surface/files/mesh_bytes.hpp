@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <charconv>
 #include <cstdint>
 #include <cstring>
 #include <optional>
@@ -11,6 +10,7 @@
 #include <string_view>
 
 #include "surface/error.hpp"
+#include "surface/files/file.hpp"
 #include "surface/triangle_mesh.hpp"
 
 // What the mesh file readers and writers share; not for others.
@@ -90,13 +90,6 @@ void skip_space(std::string_view& text);
 /// Takes the number that a text begins with off it; nothing if what stands there up to the next white space is no number
 /// alone.
 std::optional<double> next_number(std::string_view& text);
-
-/// Whether a text is a whole number and nothing else, which is read.
-template <class Integer>
-bool parse_whole(std::string_view text, Integer& value) {
-    const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
-    return failure == std::errc{} && end == text.data() + text.size();
-}
 
 /// What a text begins with, for messages: a few characters that a terminal can be given.
 std::string excerpt(std::string_view text);

@@ -44,7 +44,7 @@ std::string_view next_word(std::string_view& line) {
 
 bool parse_index(std::string_view word, std::int64_t& value) {
     if (word.starts_with('+') && !word.starts_with("+-")) word.remove_prefix(1);
-    return parse_whole(word, value);
+    return read_number(word, value);
 }
 
 struct Reader {
@@ -124,7 +124,7 @@ struct Reader {
         for (std::size_t m = 1; m < ids.size(); ++m) {
             const std::string& of = material_names[m];
             if (of.starts_with(kMaterialPrefix))
-                parse_whole(std::string_view(of).substr(kMaterialPrefix.size()), ids[m]);
+                read_number(std::string_view(of).substr(kMaterialPrefix.size()), ids[m]);
             if (is_numbered(m)) taken.insert(ids[m]);
         }
         const bool any_without = std::find(materials.begin(), materials.end(), 0u) != materials.end();

@@ -75,7 +75,7 @@ Header parse_header(std::string_view bytes, const std::string& name) {
         } else if (key == "element") {
             Element element;
             line >> element.name >> word;
-            if (!parse_whole(word, element.count))
+            if (!read_number(word, element.count))
                 throw FileError("{}: element count '{}': must be a whole number", where(), word);
             header.elements.push_back(std::move(element));
         } else if (key == "property" && !header.elements.empty()) {

@@ -39,7 +39,7 @@ std::uint64_t number(Scanner& s, const char** attributes, std::string_view name,
     const std::string_view text = attribute(attributes, name);
     if (text.empty()) return otherwise;
     std::uint64_t value = 0;
-    if (!parse_whole(text, value)) s.fail(fmt::format("{} = '{}': must be a whole number", name, text));
+    if (!read_number(text, value)) s.fail(fmt::format("{} = '{}': must be a whole number", name, text));
     return value;
 }
 
