@@ -91,7 +91,7 @@ std::vector<SourceSample> source_samples(const Species& species, const Vec3& axi
 // triangle.
 struct Lookout {
     Vec3 point = Vec3::Zero(), normal = Vec3::Zero();
-    double area = -1.0;
+    double area = 0.0;
 };
 
 // The lookout in corner \p k of triangle \p t, so far of the way from the vertex to the triangle's middle.
@@ -110,36 +110,20 @@ Lookout lookout_at(const TriangleMesh& mesh, const LateralBox& box, double skin,
     return out;
 }
 
-// The lookouts of every wedge, one after the other: those of wedge w from first[w] up to first[w + 1].
-struct Lookouts {
-    std::vector<Lookout> places;
-    std::vector<std::size_t> first;
-};
-
-// One a wedge, near the vertex in the largest triangle of its fan, or one in every triangle, in the middle of
-// what the wedge's share of a linear flux is there.
-Lookouts lookouts(const TriangleMesh& mesh, const Wedges& wedges, const LateralBox& box, double skin,
-                  bool all) {
+// The lookouts of every wedge: one near the vertex in the largest triangle of its fan, or one in every
+// triangle, in the middle of what the wedge's share of a linear flux is there.
+std::vector<std::vector<Lookout>> lookouts(const TriangleMesh& mesh, const Wedges& wedges,
+                                           const LateralBox& box, double skin, bool all) {
     constexpr double kNearVertex = 0.2, kMiddle = 0.75;
-    Lookouts result;
-    result.first.assign(wedges.count() + 1, 0);
-    if (!all) {
-        result.places.resize(wedges.count());
-        for (std::size_t c = 0; c < wedges.corner.size(); ++c) {
-            Lookout& best = result.places[wedges.corner[c]];
-            const double area = triangle_area(mesh, c / 3);
-            if (area > best.area) best = lookout_at(mesh, box, skin, c / 3, c % 3, kNearVertex);
-        }
-        for (std::size_t w = 0; w < result.first.size(); ++w) result.first[w] = w;
-        return result;
+    std::vector<std::vector<Lookout>> places(wedges.count());
+    for (std::size_t c = 0; c < wedges.corner.size(); ++c) {
+        std::vector<Lookout>& own = places[wedges.corner[c]];
+        if (all)
+            own.push_back(lookout_at(mesh, box, skin, c / 3, c % 3, kMiddle));
+        else if (own.empty() || triangle_area(mesh, c / 3) > own[0].area)
+            own = {lookout_at(mesh, box, skin, c / 3, c % 3, kNearVertex)};
     }
-    for (const std::uint32_t w : wedges.corner) ++result.first[w + 1];
-    for (std::size_t w = 0; w < wedges.count(); ++w) result.first[w + 1] += result.first[w];
-    std::vector<std::size_t> next(result.first.begin(), result.first.end() - 1);
-    result.places.resize(wedges.corner.size());
-    for (std::size_t c = 0; c < wedges.corner.size(); ++c)
-        result.places[next[wedges.corner[c]]++] = lookout_at(mesh, box, skin, c / 3, c % 3, kMiddle);
-    return result;
+    return places;
 }
 
 }  // namespace
@@ -273,7 +257,8 @@ std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const Tri
                                              const surface::RayScene& scene, const LateralBox& box,
                                              const Wedges& wedges, bool coarse) {
     const Geometry geometry = make_geometry(mesh, scene, box);
-    const Lookouts from = lookouts(mesh, wedges, box, 2.0 * kOverlap * geometry.skin, coarse);
+    const std::vector<std::vector<Lookout>> from =
+        lookouts(mesh, wedges, box, 2.0 * kOverlap * geometry.skin, coarse);
     std::vector<std::vector<double>> open(direct.beams(), std::vector<double>(wedges.count(), 0.0));
     for (std::size_t b = 0; b < direct.beams(); ++b) {
         std::vector<DirectFlux::Direction> towards = direct.towards(b, box.axial           ? 4
@@ -307,9 +292,9 @@ std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const Tri
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, wedges.count(), 64), [&](const auto& range) {
             for (std::size_t w = range.begin(); w != range.end(); ++w) {
                 double sum = 0.0, area = 0.0;
-                for (std::size_t n = from.first[w]; n < from.first[w + 1]; ++n) {
-                    sum += from.places[n].area * share_at(from.places[n]);
-                    area += from.places[n].area;
+                for (const Lookout& out : from[w]) {
+                    sum += out.area * share_at(out);
+                    area += out.area;
                 }
                 open[b][w] = area > 0.0 ? sum / area : 0.0;
             }

@@ -20,13 +20,9 @@ constexpr int kMostCuts = 10;
 /// In place of a block, for vertices that a neighbour in another one lets no block have.
 constexpr std::uint32_t kSeam = 0xffffffffu;
 
-/// Parts of a mesh in which edges collapse independently of each other. Vertices between blocks are the seams,
-/// left for the whole mesh.
-struct Blocks {
-    std::uint32_t count = 0;
-    std::vector<std::uint32_t> first;  ///< per block: where its vertices begin in `vertices`, count + 1 long
-    std::vector<std::uint32_t> vertices;  ///< block by block, ascending; those in no block left out
-};
+/// Parts of a mesh in which edges collapse independently of each other, by their vertices, ascending. Vertices
+/// between blocks are the seams, left for the whole mesh.
+using Blocks = std::vector<std::vector<std::uint32_t>>;
 
 struct Cut {
     int axis = 0;
@@ -59,16 +55,16 @@ Blocks make_blocks(const CollapseMesh& mesh, std::vector<std::uint32_t>& of) {
     for (const std::uint32_t h : mesh.leaving) used += h != kNoHalfedge;
     int cuts = 0;
     while (cuts < kMostCuts && (used >> (cuts + 1)) >= kBlockVertices) ++cuts;
-    Blocks blocks;
-    if (cuts == 0) return blocks;
-    blocks.count = 1u << cuts;
+    if (cuts == 0) return {};
+    Blocks blocks(std::size_t{1} << cuts);
+    const auto count = static_cast<std::uint32_t>(blocks.size());
 
     std::vector<Vec3> sample;
-    const std::uint32_t stride = std::max(1u, used / (256u * blocks.count));
+    const std::uint32_t stride = std::max(1u, used / (256u * count));
     std::uint32_t at = 0;
     for (std::uint32_t v = 0; v < n; ++v)
         if (mesh.leaving[v] != kNoHalfedge && at++ % stride == 0) sample.push_back(mesh.position(v));
-    std::vector<Cut> tree(blocks.count - 1);
+    std::vector<Cut> tree(count - 1);
     cut(tree, 0, sample.begin(), sample.end());
 
     std::vector<std::uint32_t> block(n, kSeam);
@@ -95,22 +91,16 @@ Blocks make_blocks(const CollapseMesh& mesh, std::vector<std::uint32_t>& of) {
         inside &= block[mesh.start(last)] == block[v];
         if (!inside) of[v] = kSeam;
     });
-    blocks.first.assign(blocks.count + 1, 0);
-    for (const std::uint32_t b : of)
-        if (b != kSeam) ++blocks.first[b + 1];
-    for (std::uint32_t b = 0; b < blocks.count; ++b) blocks.first[b + 1] += blocks.first[b];
-    blocks.vertices.resize(blocks.first.back());
-    std::vector<std::uint32_t> next(blocks.first.begin(), blocks.first.end() - 1);
     for (std::uint32_t v = 0; v < n; ++v)
-        if (of[v] != kSeam) blocks.vertices[next[of[v]]++] = v;
+        if (of[v] != kSeam) blocks[of[v]].push_back(v);
     return blocks;
 }
 
 /// Queues all edges of a worker's block.
 void fill(const CollapseState& state, const Blocks& blocks, CollapseWorker& worker) {
     const CollapseMesh& mesh = state.mesh;
-    for (std::uint32_t i = blocks.first[worker.zone]; i < blocks.first[worker.zone + 1]; ++i) {
-        const std::uint32_t first = mesh.leaving[blocks.vertices[i]];
+    for (const std::uint32_t v : blocks[worker.zone]) {
+        const std::uint32_t first = mesh.leaving[v];
         std::uint32_t h = first;
         do {
             if (mesh.is_edge(h)) worker.queue.push(h, queue_bucket(state, h, worker.zone));
@@ -234,21 +224,25 @@ std::size_t CollapseEngine::run(const CollapsePass& pass) {
 
 void CollapseEngine::run_blocks(std::size_t excess) {
     const Blocks blocks = make_blocks(state_.mesh, state_.block);
-    if (blocks.count == 0) return;
+    if (blocks.empty()) return;
     std::vector<CollapseWorker> workers;
-    workers.reserve(blocks.count);
-    for (std::uint32_t b = 0; b < blocks.count; ++b) workers.push_back({BucketQueue(where_), b, distances_});
+    workers.reserve(blocks.size());
+    std::size_t inside = 0;
+    for (const std::vector<std::uint32_t>& block : blocks) {
+        workers.push_back({BucketQueue(where_), static_cast<std::uint32_t>(workers.size()), distances_});
+        inside += block.size();
+    }
     tbb::parallel_for(
-        std::uint32_t{0}, blocks.count, [&](std::uint32_t b) { fill(state_, blocks, workers[b]); },
+        std::size_t{0}, blocks.size(), [&](std::size_t b) { fill(state_, blocks, workers[b]); },
         tbb::simple_partitioner{});
     if (state_.pass.target_vertices == 0) {
         tbb::parallel_for(
-            std::uint32_t{0}, blocks.count,
-            [&](std::uint32_t b) { collapse_queued(state_, workers[b], BucketQueue::kLast, kEveryVertex); },
+            std::size_t{0}, blocks.size(),
+            [&](std::size_t b) { collapse_queued(state_, workers[b], BucketQueue::kLast, kEveryVertex); },
             tbb::simple_partitioner{});
     } else {
         // The seams' share is left for later, at the same cost.
-        const double share = static_cast<double>(blocks.vertices.size()) / static_cast<double>(vertices_);
+        const double share = static_cast<double>(inside) / static_cast<double>(vertices_);
         const auto wanted = static_cast<std::size_t>(0.97 * share * static_cast<double>(excess));
         constexpr int kMostRounds = 16;
         std::size_t removed = 0;
