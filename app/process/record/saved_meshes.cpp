@@ -52,14 +52,11 @@ TriangleMesh traced_mesh(const Model& model, const TracedSurface& surface) {
         const auto names = flux::tally_names(model.species[k]);
         for (std::size_t tally = 0; tally < names.size(); ++tally) {
             const flux::TallyFlux& flux = arriving.trace->species[k].tally(tally);
-            const auto add = [&](const std::string& name, const flux::FluxField& field) {
-                mesh.triangle_attributes.push_back({"flux_" + name, 1, Scalar::float64, field.flux});
-                mesh.triangle_attributes.push_back({"flux_error_" + name, 1, Scalar::float64, field.error});
-            };
-            add(names[tally], flux.triangle);
-            for (const auto& [name, values] :
-                 {std::pair("flux_", &flux.vertex.flux), {"flux_error_", &flux.vertex.error}})
-                mesh.vertex_attributes.push_back({name + names[tally], 1, Scalar::float64, *values});
+            for (auto [attributes, field] : {std::pair(&mesh.triangle_attributes, &flux.triangle),
+                                             {&mesh.vertex_attributes, &flux.vertex}}) {
+                attributes->push_back({"flux_" + names[tally], 1, Scalar::float64, field->flux});
+                attributes->push_back({"flux_error_" + names[tally], 1, Scalar::float64, field->error});
+            }
         }
     }
     return mesh;
