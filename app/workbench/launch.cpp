@@ -69,21 +69,12 @@ Descriptor memory_file() {
 }
 
 std::string text_in(const Descriptor& file, const std::string& command) {
-    constexpr off_t kMost = 16'000'000;
+    constexpr std::size_t kMost = 16'000'000;
     const off_t size = ::lseek(file.number(), 0, SEEK_END);
-    if (size > kMost)
+    if (size > static_cast<off_t>(kMost))
         throw IoError("sidewall {}: answers with {} bytes, over {}: ask it on the command line", command,
                       size, kMost);
-    std::string text(size > 0 ? static_cast<std::size_t>(size) : 0, '\0');
-    std::size_t done = 0;
-    while (done < text.size()) {
-        const ssize_t got =
-            ::pread(file.number(), text.data() + done, text.size() - done, static_cast<off_t>(done));
-        if (got <= 0) break;
-        done += static_cast<std::size_t>(got);
-    }
-    text.resize(done);
-    return text;
+    return text_of(file, kMost);
 }
 
 // The status of a process that has ended, or that had to be killed.

@@ -20,7 +20,7 @@
 namespace sidewall::app {
 namespace {
 
-constexpr std::size_t kMostBytes = 4'000'000, kLongestName = 1000, kMostFound = 500, kMostEntries = 20'000;
+constexpr std::size_t kLongestName = 1000, kMostFound = 500, kMostEntries = 20'000;
 
 std::vector<std::string> parts_of(const std::string& name) {
     std::vector<std::string> parts = split(name, '/');
@@ -51,15 +51,6 @@ std::optional<std::size_t> size_of(const Descriptor& file) {
     struct stat there {};
     if (::fstat(file.number(), &there) != 0 || !S_ISREG(there.st_mode)) return std::nullopt;
     return static_cast<std::size_t>(there.st_size);
-}
-
-std::string end_of(const Descriptor& file, std::size_t most) {
-    const std::size_t whole = size_of(file).value_or(0);
-    std::string text(std::min(whole, most), '\0');
-    const ssize_t size =
-        ::pread(file.number(), text.data(), text.size(), static_cast<off_t>(whole - text.size()));
-    text.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
-    return text;
 }
 
 std::string folder_part(const std::string& name) {
@@ -139,8 +130,13 @@ Descriptor open_file(const Descriptor& folder, const char* name, std::size_t mos
     return size && *size <= most_bytes ? std::move(file) : Descriptor(-1);
 }
 
-std::string text_of(const Descriptor& file) {
-    return end_of(file, kMostBytes);
+std::string text_of(const Descriptor& file, std::size_t most) {
+    const std::size_t whole = size_of(file).value_or(0);
+    std::string text(std::min(whole, most), '\0');
+    const ssize_t size =
+        ::pread(file.number(), text.data(), text.size(), static_cast<off_t>(whole - text.size()));
+    text.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
+    return text;
 }
 
 OpenedFolder::OpenedFolder(const fs::path& folder) : path_(fs::absolute(folder)), folder_(open_root(folder)) {
@@ -188,7 +184,7 @@ std::string OpenedFolder::read(const std::string& name) const {
 std::string OpenedFolder::read_end(const std::string& name, std::size_t most) const {
     const Descriptor file = open(name, O_RDONLY);
     if (!size_of(file)) throw NotInside(name + ": is no file");
-    return end_of(file, most);
+    return text_of(file, most);
 }
 
 void OpenedFolder::write(const std::string& name, const std::string& text, const std::string& before) const {

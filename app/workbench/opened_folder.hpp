@@ -34,11 +34,14 @@ class Descriptor {
     int file_;
 };
 
-/// A file right in a folder; its number is negative where there is none, but a link or a pipe, or one that is larger.
-Descriptor open_file(const Descriptor& folder, const char* name, std::size_t most_bytes = 4'000'000);
+/// The most of a file that is read.
+inline constexpr std::size_t kMostBytes = 4'000'000;
 
-/// The text of such a file; empty without one.
-std::string text_of(const Descriptor& file);
+/// A file right in a folder; its number is negative where there is none, but a link or a pipe, or one that is larger.
+Descriptor open_file(const Descriptor& folder, const char* name, std::size_t most_bytes = kMostBytes);
+
+/// The text of a file, of a longer one its end; empty without one.
+std::string text_of(const Descriptor& file, std::size_t most = kMostBytes);
 
 /// A folder whose files are named by paths such as `etch/deep.toml`: relative, with no empty part, no part of dots alone, and
 /// no control character or link among them. Any other name is as one that is not there. All is reached from the folder as it was

@@ -13,6 +13,7 @@
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
+#include "app/report/parts.hpp"
 #include "app/report/recipe_page.hpp"
 #include "app/workbench/launch.hpp"
 
@@ -95,11 +96,6 @@ void add_progress(const Descriptor& run, Json& json) {
     }
 }
 
-std::string text_of(const Json& asked, const char* key) {
-    const auto found = asked.find(key);
-    return found != asked.end() && found->is_string() ? found->get<std::string>() : "";
-}
-
 // As the command line gets it: no option, whatever its name begins with.
 std::string plain_path(const std::string& name) {
     return "./" + name;
@@ -130,12 +126,12 @@ Json table_json(const OpenedFolder& folder) {
 }
 
 std::vector<std::string> command_words(const OpenedFolder& folder, const Json& asked) {
-    const std::string command = text_of(asked, "command"), recipe = text_of(asked, "recipe");
+    const std::string command = text_at(asked, "command"), recipe = text_at(asked, "recipe");
     if (command != "run" && command != "sweep" && command != "fit")
         throw RecipeError("{}: the page starts run, sweep and fit", command);
     folder.read(recipe.substr(recipe.starts_with("./") ? 2 : 0));  // as a sweep that is resumed names it
     std::vector<std::string> words{"sidewall", command, plain_path(recipe), "-o",
-                                   plain_path(text_of(asked, "output"))};
+                                   plain_path(text_at(asked, "output"))};
     if (command == "run") words.emplace_back("--checkpoint-every=10");  // the page shows them
     if (const auto resume = asked.find("resume"); resume != asked.end() && *resume == true)
         words.emplace_back("--resume");
@@ -155,7 +151,7 @@ std::vector<std::string> command_words(const OpenedFolder& folder, const Json& a
 
 void start_run(const OpenedFolder& folder, const Json& wanted) {
     Json asked = wanted;
-    const std::string output = text_of(asked, "output"), command = text_of(asked, "command");
+    const std::string output = text_at(asked, "output"), command = text_at(asked, "command");
     if (command != "run" && asked.contains("resume") && asked["resume"] == true) {
         const Json plan = json_in(folder.folder(output), command + ".json");
         for (const char* key : {"recipe", "set", "vary", "target", "target_profile"})
