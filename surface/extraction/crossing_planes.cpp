@@ -8,7 +8,9 @@
 namespace sidewall::surface {
 namespace {
 
-constexpr double kKink = 0.3;  // slopes of distances along an edge that differ by more are of two planes
+// Slopes of distances along an edge that differ by more than kKink are of two planes, by less than kSmooth of one; from
+// one to the other the crossing moves by degrees, so that noise cannot make it jump.
+constexpr double kSmooth = 0.2, kKink = 0.4;
 constexpr double kSamePlace = 0.05;  // cells
 constexpr double kPlane = 0.1;       // defects of what passes for a plane
 // Planes apart by their cosine that are alike in cost: the crossing lies on the edge between them.
@@ -45,6 +47,12 @@ struct Candidate {
     double cost = std::numeric_limits<double>::infinity(), defect = cost;
     bool on_edge = false;  // another plane is as good
 };
+
+Candidate mix(const Candidate& a, const Candidate& b, double share) {
+    const double rest = 1.0 - share;
+    return {rest * a.gradient + share * b.gradient, rest * a.cost + share * b.cost,
+            rest * a.defect + share * b.defect, share < 0.5 ? a.on_edge : b.on_edge};
+}
 
 // Of two that are alike neither is taken, which a mirrored wafer would take the other of.
 Candidate mean_of(const Candidate& a, const Candidate& b) {
@@ -90,6 +98,12 @@ class PlanesAt {
     bool known_ = false;
     std::array<std::array<Slope, 3>, 2> across_{};
 };
+
+// The second difference at a node along an axis, 0 where values are not known.
+double bend(NodeReader& value, const Coord& node, int axis) {
+    const double b = std::abs(value(step(node, axis, -1)) + value(step(node, axis, 1)) - 2.0 * value(node));
+    return std::isnan(b) ? 0.0 : b;
+}
 
 }  // namespace
 
@@ -139,6 +153,10 @@ CrossingPlane crossing_plane(NodeReader& value, const Coord& low, int axis) {
     const double chord = surface::chord(a, b, value.on_node());  // the zero between the ends by a line
     const bool upwards = value.inside(low);
     const double kink = behind - before;
+    // A kink beyond an end bends the slope behind it, too, and more.
+    const double beyond = std::max(bend(value, step(low, axis, -1), axis), bend(value, step(high, axis, 1), axis));
+    const auto share = [&](double threshold) { return std::clamp((std::abs(kink) - threshold) / (kKink - kSmooth), 0.0, 1.0); };
+    const double bent_share = share(kSmooth), of_two = share(std::max(kSmooth, std::min(beyond, kKink)));
     const auto zero = [&](double from, double at, double slope) {
         if (!(slope * between > 0.0)) return -1.0;
         // A line along the edge, which rounding tilts, has its zero far beyond it.
@@ -149,20 +167,20 @@ CrossingPlane crossing_plane(NodeReader& value, const Coord& low, int axis) {
     PlanesAt at_low(value, low, axis), at_high(value, high, axis);
     // By the slope between the ends, at the node nearer the crossing unless the other is better by far.
     const auto linear = [&] {
-        const double bend = std::abs(kink) > kKink || std::isnan(kink) ? 0.0 : 0.5 * std::abs(kink);
+        const double bent = std::isnan(kink) ? 0.0 : 0.5 * std::abs(kink) * (1.0 - bent_share);
         if (std::abs(chord - 0.5) < kTie) {
-            const Candidate l = at_low.best({between, bend}), h = at_high.best({between, bend});
+            const Candidate l = at_low.best({between, bent}), h = at_high.best({between, bent});
             return std::abs(l.cost - h.cost) < kTie ? mean_of(l, h) : l.cost < h.cost ? l : h;
         }
         const bool low_first = chord < 0.5;
-        Candidate near = (low_first ? at_low : at_high).best({between, bend});
+        Candidate near = (low_first ? at_low : at_high).best({between, bent});
         if (near.cost < kSamePlace) return near;
-        const Candidate far = (low_first ? at_high : at_low).best({between, bend});
+        const Candidate far = (low_first ? at_high : at_low).best({between, bent});
         return far.cost < near.cost - kSamePlace ? far : near;
     };
     CrossingPlane plane;
     Candidate best;
-    if (std::abs(kink) > kKink && (by_low >= 0.0 || by_high >= 0.0)) {
+    if (of_two > 0.0 && (by_low >= 0.0 || by_high >= 0.0)) {
         // A convex bend is the larger of both pieces, whose zero is the one nearer the inside.
         const bool take_smaller = upwards == (kink > 0.0);
         bool use_low =
@@ -176,9 +194,14 @@ CrossingPlane crossing_plane(NodeReader& value, const Coord& low, int axis) {
         plane.at = take_smaller ? std::max(use_low ? by_low : by_high, chord)
                                 : std::min(use_low ? by_low : by_high, chord);
         best = use_low ? l : h;
-        // Between two kinks the slope on the edge itself is that of one plane.
-        if (best.defect > kPlane)
+        // Between two kinks the slope on the edge itself is that of one plane, unless the surface runs on along the edge.
+        const auto runs_on = [&](double at, double slope) { return std::abs(at) < value.on_node() && std::abs(slope) < kPlane; };
+        if (best.defect > kPlane && !runs_on(a, before) && !runs_on(b, behind))
             if (const Candidate middle = linear(); middle.defect < kPlane) plane.at = chord, best = middle;
+        if (of_two < 1.0 && plane.at != chord) {
+            plane.at = chord + of_two * (plane.at - chord);
+            best = mix(linear(), best, of_two);
+        }
     } else {
         plane.at = chord;
         best = linear();
