@@ -167,8 +167,11 @@ class Tracer {
         return tallies_[trace_.reflected > 0 ? trace_.reflected : k];
     }
 
-    // sum(area * standard error of \p noisy) / sum(area * flux) over vertices.
+    // FluxResult::relative_error of \p noisy arrivals among those of \p vertex.
     double relative_error(const FluxField& vertex, const FluxField& noisy) const {
+        if (trace_.reflected > 0)
+            if (const double flux = integral(vertex.flux, noisy.flux); flux > 0.0)
+                return integral(noisy.error, noisy.flux) / flux;
         const double flux = integral(vertex.flux);
         return flux > 0.0 ? integral(noisy.error) / flux : kInfinity;
     }
@@ -180,11 +183,12 @@ class Tracer {
         return integral(tallies_[tally_count(trace_.species) - 1].vertex_flux(1.0).error) / sputtered;
     }
 
-    double integral(const std::vector<double>& by_vertex) const {
+    // Of the product with \p weights unless these are empty.
+    double integral(const std::vector<double>& by_vertex, std::span<const double> weights = {}) const {
         double sum = 0.0;
         for (std::size_t v = 0; v < by_vertex.size(); ++v)
             for (std::uint32_t w = trace_.wedges.first[v]; w < trace_.wedges.first[v + 1]; ++w)
-                sum += trace_.wedges.area[w] * by_vertex[v];
+                sum += trace_.wedges.area[w] * by_vertex[v] * (weights.empty() ? 1.0 : weights[v]);
         return sum;
     }
 

@@ -85,9 +85,9 @@ struct FluxResult : TallyFlux, Counts {
     std::vector<TallyFlux> reflected;
     std::uint64_t segments = 0;  ///< ray-scene intersections of the pass
     std::uint64_t rescued = 0;   ///< its arrivals that rounding had put behind the surface, see fly
-    double relative_error =
-        0.0;  ///< sum(area * standard error) / sum(area * flux) over vertices, of the
-              ///< arrivals, or of `reflected` where that is known apart; infinite without hits
+    /// sum(area * standard error) / sum(area * flux) over vertices, infinite without hits; where `reflected` is known apart,
+    /// the error is that of reflected arrivals, and both sums are over where these come to (weighted by their flux).
+    double relative_error = 0.0;
     /// The redeposition's sum(area * standard error) over vertices, as a share of all that is sputtered; 0 without.
     double redeposition_error = 0.0;
     bool adjoint = false;               ///< see TraceOptions
