@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <tuple>
 #include <utility>
@@ -121,10 +120,9 @@ class Tracer {
     std::pair<double, double> retire_reached(double target) {
         double nearest = 0.0, farthest = 0.0;
         std::erase_if(trace_.active, [&](std::size_t k) {
-            const double scale = area_per_ray(k);
-            const double error =
-                std::max(relative_error(tallies_[k].vertex_flux(scale), noisy_part(k).vertex_flux(scale)),
-                         redeposition_error());
+            const FluxField all = tallies_[k].vertex_flux(area_per_ray(k)),
+                            noisy = noisy_part(k).vertex_flux(area_per_ray(k));
+            const double error = std::max(relative_error(all, noisy), redeposition_error());
             if (error <= target) return true;
             nearest = nearest > 0.0 ? std::min(nearest, error) : error;
             farthest = std::max(farthest, error);
@@ -169,11 +167,10 @@ class Tracer {
 
     // FluxResult::relative_error of \p noisy arrivals among those of \p vertex.
     double relative_error(const FluxField& vertex, const FluxField& noisy) const {
-        if (trace_.reflected > 0)
-            if (const double flux = integral(vertex.flux, noisy.flux); flux > 0.0)
-                return integral(noisy.error, noisy.flux) / flux;
-        const double flux = integral(vertex.flux);
-        return flux > 0.0 ? integral(noisy.error) / flux : kInfinity;
+        std::span<const double> where;  // weights: reflected arrivals come to few places
+        if (trace_.reflected > 0 && integral(noisy.flux) > 0.0) where = noisy.flux;
+        const double flux = integral(vertex.flux, where);
+        return flux > 0.0 ? integral(noisy.error, where) / flux : kInfinity;
     }
 
     // FluxResult::redeposition_error. What ions sputter is in the last of the tallies of a species alone.
@@ -183,7 +180,6 @@ class Tracer {
         return integral(tallies_[tally_count(trace_.species) - 1].vertex_flux(1.0).error) / sputtered;
     }
 
-    // Of the product with \p weights unless these are empty.
     double integral(const std::vector<double>& by_vertex, std::span<const double> weights = {}) const {
         double sum = 0.0;
         for (std::size_t v = 0; v < by_vertex.size(); ++v)

@@ -8,8 +8,8 @@
 namespace sidewall::surface {
 namespace {
 
-// Slopes of distances along an edge that differ by more than kKink are of two planes, by less than kSmooth of one; from
-// one to the other the crossing moves by degrees, so that noise cannot make it jump.
+// Slopes of distances along an edge that differ by less than kSmooth are of one plane, by more than kKink of
+// two.
 constexpr double kSmooth = 0.2, kKink = 0.4;
 constexpr double kSamePlace = 0.05;  // cells
 constexpr double kPlane = 0.1;       // defects of what passes for a plane
@@ -153,10 +153,18 @@ CrossingPlane crossing_plane(NodeReader& value, const Coord& low, int axis) {
     const double chord = surface::chord(a, b, value.on_node());  // the zero between the ends by a line
     const bool upwards = value.inside(low);
     const double kink = behind - before;
-    // A kink beyond an end bends the slope behind it, too, and more.
-    const double beyond = std::max(bend(value, step(low, axis, -1), axis), bend(value, step(high, axis, 1), axis));
-    const auto share = [&](double threshold) { return std::clamp((std::abs(kink) - threshold) / (kKink - kSmooth), 0.0, 1.0); };
-    const double bent_share = share(kSmooth), of_two = share(std::max(kSmooth, std::min(beyond, kKink)));
+    // How far the slopes are those of two planes, and how far the planes meet on the edge: where they meet
+    // beyond its ends, the slopes there differ by as much. From 0 to 1 by degrees, so that noise does not
+    // make the crossing jump.
+    const auto share_above = [&](double least) {
+        return std::clamp((std::abs(kink) - least) / (kKink - kSmooth), 0.0, 1.0);
+    };
+    const double of_two = share_above(kSmooth);
+    const double meet = of_two > 0.0 && share_above(kKink) < 1.0
+                            ? share_above(std::clamp(std::max(bend(value, step(low, axis, -1), axis),
+                                                              bend(value, step(high, axis, 1), axis)),
+                                                     kSmooth, kKink))
+                            : of_two;
     const auto zero = [&](double from, double at, double slope) {
         if (!(slope * between > 0.0)) return -1.0;
         // A line along the edge, which rounding tilts, has its zero far beyond it.
@@ -167,7 +175,7 @@ CrossingPlane crossing_plane(NodeReader& value, const Coord& low, int axis) {
     PlanesAt at_low(value, low, axis), at_high(value, high, axis);
     // By the slope between the ends, at the node nearer the crossing unless the other is better by far.
     const auto linear = [&] {
-        const double bent = std::isnan(kink) ? 0.0 : 0.5 * std::abs(kink) * (1.0 - bent_share);
+        const double bent = std::isnan(kink) ? 0.0 : 0.5 * std::abs(kink) * (1.0 - of_two);
         if (std::abs(chord - 0.5) < kTie) {
             const Candidate l = at_low.best({between, bent}), h = at_high.best({between, bent});
             return std::abs(l.cost - h.cost) < kTie ? mean_of(l, h) : l.cost < h.cost ? l : h;
@@ -180,7 +188,7 @@ CrossingPlane crossing_plane(NodeReader& value, const Coord& low, int axis) {
     };
     CrossingPlane plane;
     Candidate best;
-    if (of_two > 0.0 && (by_low >= 0.0 || by_high >= 0.0)) {
+    if (meet > 0.0 && (by_low >= 0.0 || by_high >= 0.0)) {
         // A convex bend is the larger of both pieces, whose zero is the one nearer the inside.
         const bool take_smaller = upwards == (kink > 0.0);
         bool use_low =
@@ -194,13 +202,16 @@ CrossingPlane crossing_plane(NodeReader& value, const Coord& low, int axis) {
         plane.at = take_smaller ? std::max(use_low ? by_low : by_high, chord)
                                 : std::min(use_low ? by_low : by_high, chord);
         best = use_low ? l : h;
-        // Between two kinks the slope on the edge itself is that of one plane, unless the surface runs on along the edge.
-        const auto runs_on = [&](double at, double slope) { return std::abs(at) < value.on_node() && std::abs(slope) < kPlane; };
+        // Between two kinks the slope on the edge itself is that of one plane, unless the surface runs on
+        // along the edge.
+        const auto runs_on = [&](double at, double slope) {
+            return std::abs(at) < value.on_node() && std::abs(slope) < kPlane;
+        };
         if (best.defect > kPlane && !runs_on(a, before) && !runs_on(b, behind))
             if (const Candidate middle = linear(); middle.defect < kPlane) plane.at = chord, best = middle;
-        if (of_two < 1.0 && plane.at != chord) {
-            plane.at = chord + of_two * (plane.at - chord);
-            best = mix(linear(), best, of_two);
+        if (meet < 1.0 && plane.at != chord) {
+            plane.at = chord + meet * (plane.at - chord);
+            best = mix(linear(), best, meet);
         }
     } else {
         plane.at = chord;
