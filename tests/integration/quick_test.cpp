@@ -97,10 +97,10 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
       {"sidewall_angle", 83.0, 91.0},
       {"undercut", 0.0, 0.15},
       {"removed_volume_Mask", 0.0, 0.004}}},
-    // The lowest point ends it; the floor is even to a hundredth of a cell.
-    // Corners are up to 0.15 cells deeper.
+    // The lowest point ends it, in the foot of a wall: beside an isotropic part feet are up to 0.1 cells
+    // deeper than the floor.
     {"gds_masked_etch",
-     {{"depth", 0.5 - 0.01 * 0.125, 0.5 + 0.15 * 0.125},
+     {{"depth", 0.5 - 0.1 * 0.125, 0.5 + 0.01 * 0.125},
       {"sidewall_angle", 80.0, 90.0},
       {"cd_at_0.1", 0.4, 0.6}}},
     // The mouth closes; of the liner 5 at the top.
