@@ -7,6 +7,12 @@ namespace sidewall::levelset {
 /// of four cells does not.
 inline constexpr float kSharpBend = 0.25f;
 
+/// Distance from an edge of the front.
+struct EdgeDistance {
+    float cells;
+    bool convex;  ///< the node lies beyond a convex edge
+};
+
 /// Distance of a node from a front that turns sharply near it, by the planes that the node's upwind neighbours lie over.
 ///
 /// Beyond a convex edge the nearest point is the edge itself, which the planes on its two sides meet in (or the corner of
@@ -20,7 +26,7 @@ inline constexpr float kSharpBend = 0.25f;
 /// \param u        distance by differences along the axes, in cells, at least 0.
 /// \param inv_dx   1 / dx, negative for nodes inside: values times this are distances in cells.
 /// \param farthest half-width of the band in cells: values from here on are not known.
-/// \returns the distance in cells: u where the front does not turn sharply.
-float edge_distance(const float* v, float u, float inv_dx, float farthest);
+/// \returns u where the front does not turn sharply.
+EdgeDistance edge_distance(const float* v, float u, float inv_dx, float farthest);
 
 }  // namespace sidewall::levelset

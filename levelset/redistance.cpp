@@ -231,13 +231,19 @@ bool any(const LaneMask& mask) {
 // Distances of the selected nodes from edges of the front, written over those by differences along the axes.
 // Values between the two stay as they were: a front that moves by the same everywhere leaves exact
 // ones.
-void add_edges(const float* v, float inv_dx, float dx, float background, const LaneMask& where, Row& values) {
+// \param known  whether others were distances, too, and go to the nearer end. If not, those inside the
+// material take the edge's, or before a hollow edge, where they are larger than both, the larger.
+void add_edges(const float* v, float inv_dx, float dx, float background, const LaneMask& where, bool known,
+               Row& values) {
     const float half_width = background * inv_dx;
     for (std::size_t z = 0; z < kLanes; ++z) {
         if (where[z] == 0) continue;
         const float side = std::signbit(values[z]) ? -inv_dx : inv_dx;
-        const float along = side * values[z], edge = edge_distance(v + z, along, side, half_width);
-        const float u = std::clamp(side * v[z], std::min(edge, along), std::max(edge, along));
+        const float along = side * values[z], own = side * v[z];
+        const auto [edge, convex] = edge_distance(v + z, along, side, half_width);
+        const float between = std::clamp(own, std::min(edge, along), std::max(edge, along));
+        const bool anew = !known && side < 0.0f && own != between;
+        const float u = !anew ? between : convex ? edge : std::max(edge, between);
         values[z] = std::copysign(std::min(background, dx * u), values[z]);
     }
 }
@@ -246,7 +252,7 @@ void add_edges(const float* v, float inv_dx, float dx, float background, const L
 // change if \p rescale. \param whole  gives the block with all of its values.
 template <class Whole>
 void sweep(const Leaf& leaf, const B& block, Whole&& whole, float dx, float background, bool rescale,
-           Start start, const Nodes* held, float* out) {
+           Start start, bool known, const Nodes* held, float* out) {
     const float inv_dx = 1.0f / dx;
     // Any function has no nodes on the front that mean more than their sign, and no edges to keep.
     const float on_front = start == Start::distance ? static_cast<float>(kOnFront) * dx : 0.0f;
@@ -273,7 +279,7 @@ void sweep(const Leaf& leaf, const B& block, Whole&& whole, float dx, float back
             const LaneMask edges = bent(v, inv_dx, values, lanes.other);
             if (any(edges))
                 add_edges(whole().value.data() + (v - block.value.data()), inv_dx, dx, background, edges,
-                          values);
+                          known, values);
             if (rescale) forget_hidden_row(v, dx, on_front, background, values);
         } else {
             solve_row<false>(v, inv_dx, dx, background, values);
@@ -361,7 +367,7 @@ void redistance(Band& band, Grid& grid, const Domain& domain, int sweeps, Start 
                 return *all;
             };
             std::copy_n(in, Leaf::SIZE, out);
-            sweep(leaf, block, whole, dx, background, left == sweeps, start,
+            sweep(leaf, block, whole, dx, background, left == sweeps, start, sweeps == kSweepsAfterTimeStep,
                   band.held.empty() ? nullptr : &band.held[n], out);
             if (left > 1) return;
             drop_far(leaf, out, background);
