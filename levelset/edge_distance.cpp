@@ -80,7 +80,7 @@ float beyond_three(const std::array<Plane, 3>& planes) {
 EdgeDistance edge_distance(const float* v, float u, float inv_dx, float farthest) {
     std::array<Plane, 3> planes;
     std::size_t count = 0;
-    bool descends = true;                // to the front, along every axis
+    bool descends = true;  // values fall towards the front along every axis, behind the neighbour too
     float convex = 0.0f, hollow = 0.0f;  // the largest second differences of either sign
     for (int axis = 0; axis < 3; ++axis) {
         const int stride = Stencil::kStride[axis];

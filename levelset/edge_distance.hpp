@@ -7,10 +7,10 @@ namespace sidewall::levelset {
 /// of four cells does not.
 inline constexpr float kSharpBend = 0.25f;
 
-/// Distance from an edge of the front.
+/// Distance of a node from a front, and whether an edge of it decides.
 struct EdgeDistance {
     float cells;
-    bool convex;  ///< the node lies beyond a convex edge
+    bool convex;  ///< the nearest point may lie on a convex edge
 };
 
 /// Distance of a node from a front that turns sharply near it, by the planes that the node's upwind neighbours lie over.

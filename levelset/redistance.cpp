@@ -249,7 +249,9 @@ void add_edges(const float* v, float inv_dx, float dx, float background, const L
 }
 
 // One leaf's new values from the old ones in \p block, along the axes from its nodes; those next to the front
-// change if \p rescale. \param whole  gives the block with all of its values.
+// change if \p rescale.
+// \param whole  gives the block with all of its values.
+// \param known  see add_edges.
 template <class Whole>
 void sweep(const Leaf& leaf, const B& block, Whole&& whole, float dx, float background, bool rescale,
            Start start, bool known, const Nodes* held, float* out) {

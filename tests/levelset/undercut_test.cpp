@@ -83,7 +83,7 @@ TEST_CASE("an isotropic etch sets out under a mask at once: quarter circles at e
                 const double area = 2.0 * opening.half * depth + 0.5 * std::numbers::pi * depth * depth;
                 CAPTURE(depth, bottom, beside, etched.removed / 2.0 / area - 1.0);
                 CHECK(etched.removed / 2.0 == Approx(area).epsilon(depth == 6.0 ? 0.005 : 0.002));
-                // Under a mask of three cells, four times as far undercut, farther off.
+                // The mask is three cells thick: a front that goes under it four times as far is farther off.
                 CHECK(etched.front_error(depth) < (depth == 6.0 ? 0.1 : 0.13));
             }
 }
