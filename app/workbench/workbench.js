@@ -97,7 +97,7 @@
     boxes().forEach((box, k) => at[k] && box.scrollTo(...at[k]));
     if (stops()[focus]) stops()[focus].focus({ preventScroll: true });
     place.style.minHeight = "";
-    window.scrollTo({ top: scrollY, behavior: "instant" });
+    if (window.scrollY !== scrollY) window.scrollTo({ top: scrollY, behavior: "instant" });  // else a smooth scroll goes on
   }
 
   // Checks and draws the recipe as it stands; an answer on an earlier text is dropped.

@@ -249,13 +249,13 @@ def run_stop_resume(page, found):
     let_work(page, three_frames)
     found["frames_while_running"] = sorted(frames)
     # As the run goes on, the view stays where it was turned to, and the page where it was scrolled to.
-    page.js("Sidewall.viewer.zoom(0.6); window.scrollTo(0, 150)")
+    page.js("Sidewall.viewer.zoom(0.6); window.scrollTo({ top: 150, behavior: 'instant' })")
     page.until("scrollY === 150")
     seen = "[Sidewall.viewer.distance() * Sidewall.viewer.size, scrollY]"
     found["seen_before"], before = page.js(seen), page.js(label)
     let_work(page, lambda: page.js(label) != before)
     found["seen_after"] = page.js(seen)
-    page.js("window.scrollTo(0, 0)")
+    page.js("window.scrollTo({ top: 0, behavior: 'instant' })")
     found["curves_while_running"] = page.js("document.querySelectorAll('.results figure').length")
     press(page, "Stop")
     os.kill(page.run, signal.SIGCONT)
