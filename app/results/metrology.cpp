@@ -14,7 +14,7 @@
 #include "app/results/figure_values.hpp"
 #include "app/results/result.hpp"
 #include "levelset/layers/levels.hpp"
-#include "levelset/meshes/extract.hpp"
+#include "levelset/meshes/volume.hpp"
 #include "levelset/motion/geometric.hpp"
 
 namespace sidewall::app {
@@ -319,10 +319,7 @@ std::vector<double> layer_volumes(const levelset::MaterialStack& stack) {
     std::vector<double> volumes;
     double below = 0.0;
     for (std::size_t k = 0; k < stack.layers.size(); ++k) {
-        const TriangleMesh mesh = levelset::extract_surface(stack, k, surface::SharpEdges::all_beyond);
-        double volume = 0.0;
-        for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-            volume += levelset::volume_over(mesh, t, 0.0, stack.domain);
+        const double volume = levelset::volume_of(stack, k);
         volumes.push_back(volume - below);
         below = volume;
     }

@@ -17,7 +17,7 @@ constexpr double kMargin = 2.0 * kHalfWidth;
 
 // Bodies that touch what they are joined to or cut out of reach so much farther, in dx: no film without
 // thickness is left between them.
-constexpr double kTouching = 1e-3;
+constexpr double kTouching = 1e-4;
 
 using Bodies = std::vector<std::pair<int, Shape>>;
 

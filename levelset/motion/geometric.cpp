@@ -131,20 +131,24 @@ GridPtr columns(const MaterialStack& stack, const Shape& pattern, double bottom,
     return sample_grid(domain, distance, low - margin, end + margin);
 }
 
-// Removes closed voids from \p film: the nodes, on both sides of the surface, whose nearest surface bounds
-// one.
+// Removes closed voids from \p film: nodes of gas whose nearest surface bounds one, and of the material in
+// reach of such a surface, whose distances it needs however near the film is.
 void keep_out_of_voids(Grid& film, const MaterialStack& stack) {
     const Domain& domain = stack.domain;
     const TriangleMesh surface = extract_surface(stack.top(), domain);
     const std::vector<SurfacePiece> pieces = surface_pieces(surface, domain);
     const std::vector<std::uint8_t> sealed = sealed_off(surface, pieces, domain);
     if (sealed.empty()) return;
-    const surface::RayScene scene(surface);
+    TriangleMesh voids;
+    voids.vertices = surface.vertices;
     const double reach = kHalfWidth * domain.spacing;
     Box3 box;  // of all that is shut in
-    for (std::size_t t = 0; t < surface.triangles.size(); ++t)
-        if (sealed[t] != 0)
-            for (const std::uint32_t v : surface.triangles[t]) box.extend(surface.vertices[v]);
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+        if (sealed[t] == 0) continue;
+        voids.triangles.push_back(surface.triangles[t]);
+        for (const std::uint32_t v : surface.triangles[t]) box.extend(surface.vertices[v]);
+    }
+    const surface::RayScene scene(surface), beside_voids(voids);
     box = {box.min - Vec3::Constant(reach), box.max + Vec3::Constant(reach)};
     std::vector<std::pair<openvdb::Coord, float>>
         missing;  // leaves of the surface, each wholly in the film or not
@@ -160,8 +164,10 @@ void keep_out_of_voids(Grid& film, const MaterialStack& stack) {
             const Vec3 p(domain.coordinate(0, c.x()), domain.coordinate(1, c.y()),
                          domain.coordinate(2, c.z()));
             if ((p.array() < box.min.array()).any() || (p.array() > box.max.array()).any()) continue;
-            const surface::SurfaceHit hit = scene.closest_point(p, 1e30);
-            if (hit && sealed[hit.triangle] != 0) leaf.setValueOnly(k, film.background());
+            const bool material = stack.top().tree().getValue(c) < 0.0f;
+            const surface::SurfaceHit hit =
+                material ? beside_voids.closest_point(p, reach) : scene.closest_point(p, 1e30);
+            if (hit && (material || sealed[hit.triangle] != 0)) leaf.setValueOnly(k, film.background());
         }
     });
 }

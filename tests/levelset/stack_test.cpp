@@ -78,7 +78,7 @@ TEST_CASE("a layer is all of its bodies united and cut out, though no leaf asks 
          {.kind = ShapeKind::box, .top = 34.4, .position = {9.0, 0.0}, .height = 6.2, .size = {6.0, 8.0}}});
     std::vector<Body> body;
     for (const auto& [material, shape] : bodies) body.push_back(make_body(shape, domain));
-    const double touching = 1e-3;  // of bodies that end below, and of those that are cut out
+    const double touching = 1e-4;  // of bodies that end below, and of those that are cut out
     const auto united = [&](const Vec3& p) {
         double d = body[0].distance(p);
         for (std::size_t k = 1; k < body.size(); ++k)

@@ -1,0 +1,102 @@
+#include "levelset/meshes/volume.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "levelset/meshes/extract.hpp"
+#include "levelset/meshes/pieces.hpp"
+#include "levelset/openvdb_grid.hpp"
+#include "surface/turn.hpp"
+
+namespace sidewall::levelset {
+namespace {
+
+constexpr double kMostBend = 0.5;  // second difference in cells, of a circle of two cells; beyond it is a kink
+
+// Of two second differences: their mean where they are alike, none where one alone sees a kink.
+double harmonic_mean(double a, double b) {
+    return a * b > 0.0 ? 2.0 * a * b / (a + b) : 0.0;
+}
+
+// The distance to the front in a cell of the grid: linear between the cell's corners, less what second
+// differences bend it.
+class CellDistance {
+  public:
+    CellDistance(const Grid::ConstUnsafeAccessor& grid, const Domain& domain, const std::array<int, 3>& low) {
+        const auto at = [&](int x, int y, int z) {
+            return static_cast<double>(grid.getValue(
+                {domain.source_node(0, low[0] + x), domain.source_node(1, low[1] + y), low[2] + z}));
+        };
+        const double most = kMostBend * domain.spacing;
+        for (int i = 0; i < 2; ++i)
+            for (int j = 0; j < 2; ++j) {
+                for (int k = 0; k < 2; ++k) corner_[i][j][k] = at(i, j, k);
+                for (int axis = 0; axis < 3; ++axis) {
+                    std::array<double, 4> v;  // along an edge of the cell, a node beyond it at either end
+                    for (int k = 0; k < 4; ++k)
+                        v[k] = axis == 0 ? at(k - 1, i, j) : axis == 1 ? at(i, k - 1, j) : at(i, j, k - 1);
+                    const double first = v[0] - 2.0 * v[1] + v[2], last = v[1] - 2.0 * v[2] + v[3];
+                    smooth_ = smooth_ && std::abs(first) < most && std::abs(last) < most;
+                    bend_[axis][i][j] = harmonic_mean(first, last);
+                }
+            }
+    }
+    bool smooth() const { return smooth_; }
+    // \param s  from the cell's low corner, in cells.
+    double at(const Vec3& s) const {
+        const auto share = [](int high, double along) { return high ? along : 1.0 - along; };
+        double sum = 0.0;
+        for (int i = 0; i < 2; ++i)
+            for (int j = 0; j < 2; ++j) {
+                for (int k = 0; k < 2; ++k)
+                    sum += share(i, s.x()) * share(j, s.y()) * share(k, s.z()) * corner_[i][j][k];
+                for (int axis = 0; axis < 3; ++axis)
+                    sum -= 0.5 * s[axis] * (1.0 - s[axis]) * share(i, s[axis == 0 ? 1 : 0]) *
+                           share(j, s[axis == 2 ? 1 : 2]) * bend_[axis][i][j];
+            }
+        return sum;
+    }
+
+  private:
+    double corner_[2][2][2], bend_[3][2][2];
+    bool smooth_ = true;
+};
+
+// The volume between a triangle and the front that it stands for, by the distance at the middles of its
+// edges.
+double volume_beyond(const TriangleMesh& mesh, std::size_t t, const Grid::ConstUnsafeAccessor& grid,
+                     const Domain& domain) {
+    const Vec3 low = domain.to_index(triangle_centroid(mesh, t)).array().floor();
+    const CellDistance distance(
+        grid, domain, {static_cast<int>(low.x()), static_cast<int>(low.y()), static_cast<int>(low.z())});
+    if (!distance.smooth()) return 0.0;
+    double mean = 0.0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3 p =
+            0.5 * (mesh.vertices[mesh.triangles[t][k]] + mesh.vertices[mesh.triangles[t][(k + 1) % 3]]);
+        const double turn = domain.axial ? p.x() / share_of_turn(domain.max[1] - domain.min[1], 1.0) : 1.0;
+        mean -= turn * distance.at(domain.to_index(p) - low) / 3.0;
+    }
+    return triangle_area(mesh, t) * mean;
+}
+
+}  // namespace
+
+double volume_of(const MaterialStack& stack, std::size_t layer) {
+    const TriangleMesh mesh = extract_surface(stack, layer, surface::SharpEdges::all_beyond);
+    const auto grid = stack.layers[layer].phi->getConstUnsafeAccessor();
+    const auto* edges = mesh.vertex_attribute(kEdgeAttribute);
+    const auto is_at_edge = [&](std::size_t t) {
+        return edges && std::ranges::any_of(mesh.triangles[t],
+                                            [&](std::uint32_t v) { return edges->values[v] != 0.0; });
+    };
+    double volume = 0.0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        volume += volume_over(mesh, t, 0.0, stack.domain);
+        if (!stack.coarser && !is_at_edge(t)) volume += volume_beyond(mesh, t, grid, stack.domain);
+    }
+    return volume;
+}
+
+}  // namespace sidewall::levelset
