@@ -233,7 +233,7 @@ AdvectionSeconds move_level(MaterialStack& stack, MaterialStack* finer,
     // distances to keep.
     const SpeedLaw& law = motions.front()->law;
     const bool smears = law.depends_on_normal && !law.beam_speed;
-    const Start is = smears || !law.keeps_edges ? Start::function : Start::distance;
+    const Start is = smears ? Start::function : Start::distance;
     redistance(band, stack.top(), stack.domain, kSweepsAfterTimeStep, is);
     // Distances to a front that turns sharply are off by a part of a cell.
     if (limits) limits->keep(stack.top());
