@@ -335,6 +335,27 @@ TEST_CASE("fluxes averaged over a round floor are those of the wafer in space", 
     }
 }
 
+TEST_CASE("the foot of a tapered mask is where it was after a time step of averaged fluxes") {
+    // The floor lies on nodes, the foot three quarters of a cell beyond one.
+    const test::Folder folder;
+    test::write_bytes(
+        folder.path / "hole.toml",
+        "[domain]\nextent = [0.5]\nsymmetry = \"axial\"\ngrid_spacing = 0.02\n"
+        "[[layer]]\nmaterial = \"Si\"\n"
+        "[[layer]]\nmaterial = \"Mask\"\nshape = \"hole\"\nthickness = 1.2\nradius = 0.2\ntaper_deg = 1.193\n"
+        "[[step]]\nmodel = \"sf6_o2\"\nduration = 0.001\nion_flux = 10.0\netchant_flux = 4500.0\n"
+        "oxygen_flux = 800.0\nion_exponent = 1000.0\nremoval_yield = 2.0\n"
+        "[flux]\nrays = 20000\naveraging = 0.06\n[simplify]\nmethod = \"none\"\n");
+    REQUIRE(test::run_program(folder.path, "run hole.toml -o out --quiet").exit_code == 0);
+    const TriangleMesh surface = surface::read_mesh(folder.path / "out/surface_0001.vtp");
+    const std::vector<double>& material = surface.triangle_attribute("material")->values;
+    double floor = 0.0;
+    for (std::size_t t = 0; t < material.size(); ++t)
+        for (const std::uint32_t v : surface.triangles[t])
+            if (material[t] == 0.0) floor = std::max(floor, surface.vertices[v].x());
+    CHECK(floor == Approx(0.175).margin(0.1 * 0.02));
+}
+
 TEST_CASE("a strip becomes the body that turns about the axis") {
     TriangleMesh strip;
     for (const auto& [r, z] :
