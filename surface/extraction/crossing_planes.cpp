@@ -204,8 +204,8 @@ CrossingPlane crossing_plane(NodeReader& value, const Coord& low, int axis) {
         best = use_low ? l : h;
         // Between two kinks the slope on the edge itself is that of one plane, unless the surface runs on
         // along the edge.
-        const auto runs_on = [&](double at, double slope) {
-            return std::abs(at) < value.on_node() && std::abs(slope) < kPlane;
+        const auto runs_on = [](double at, double slope) {
+            return std::abs(at) < kPlane && std::abs(slope) < kPlane;
         };
         if (best.defect > kPlane && !runs_on(a, before) && !runs_on(b, behind))
             if (const Candidate middle = linear(); middle.defect < kPlane) plane.at = chord, best = middle;

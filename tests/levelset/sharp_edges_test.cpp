@@ -1,6 +1,8 @@
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -8,7 +10,10 @@
 #include <set>
 #include <tuple>
 
+#include "levelset/layers/make_stack.hpp"
+#include "levelset/meshes/extract.hpp"
 #include "surface/error.hpp"
+#include "surface/infinity.hpp"
 #include "surface/quality.hpp"
 #include "surface/topology.hpp"
 #include "tests/geometry/self_intersections.hpp"
@@ -156,6 +161,27 @@ TEST_CASE("a round rim is sharp, and its wall stays the chords of marching cubes
                 box, [=](const Vec3& p) { return cylinder_distance(p - Vec3::Constant(off), radius, 8.0); },
                 1.0 / (12.0 * radius) + surface::kNodeClearance, 0.2);
         }
+}
+
+TEST_CASE("the floor of a round hole reaches its wall, wherever it lies between nodes") {
+    // 8.75 cells wide, so that along the axes the wall lies beyond the middle of an edge from the floor. The
+    // chords of the wall take 0.2 % of the circle.
+    constexpr double kDx = 0.02, kRadius = 8.75 * kDx;
+    const Domain domain = make_domain({1.0, 1.0}, kDx, {Side::reflective, Side::reflective});
+    for (const double below : {0.0, 0.002, 0.03, 0.07, 0.2, 0.5}) {
+        const MaterialStack stack = make_stack(
+            domain, {{0, {.kind = ShapeKind::plane, .top = -below * kDx}},
+                     {1, {.kind = ShapeKind::hole, .top = 0.4, .radius = kRadius, .depth = kInfinity}}});
+        const TriangleMesh mesh = extract_surface(stack);
+        double floor = 0.0;
+        for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+            if (std::ranges::all_of(mesh.triangles[t], [&](std::uint32_t v) {
+                    return std::abs(mesh.vertices[v].z() + below * kDx) < 0.05 * kDx;
+                }))
+                floor += 0.5 * area_vector(mesh, t).z();
+        CAPTURE(below);
+        CHECK(floor == Approx(std::numbers::pi * kRadius * kRadius).epsilon(0.01));
+    }
 }
 
 TEST_CASE("a sphere has no edges, and its mesh is that of marching cubes to the bit") {
