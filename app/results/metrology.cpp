@@ -14,6 +14,7 @@
 #include "app/results/figure_values.hpp"
 #include "app/results/result.hpp"
 #include "levelset/layers/levels.hpp"
+#include "levelset/meshes/extract.hpp"
 #include "levelset/meshes/volume.hpp"
 #include "levelset/motion/geometric.hpp"
 
