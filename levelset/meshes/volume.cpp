@@ -12,7 +12,8 @@
 namespace sidewall::levelset {
 namespace {
 
-constexpr double kMostBend = 0.5;  // second difference in cells, of a circle of two cells; beyond it is a kink
+// The second difference, in cells, of a circle of two cells; beyond it is a kink.
+constexpr double kMostBend = 0.5;
 
 // Of two second differences: their mean where they are alike, none where one alone sees a kink.
 double harmonic_mean(double a, double b) {
