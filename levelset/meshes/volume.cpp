@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
+#include <vector>
 
 #include "levelset/meshes/extract.hpp"
 #include "levelset/meshes/pieces.hpp"
 #include "levelset/openvdb_grid.hpp"
+#include "surface/parallel.hpp"
 #include "surface/turn.hpp"
 
 namespace sidewall::levelset {
@@ -86,18 +89,19 @@ double volume_beyond(const TriangleMesh& mesh, std::size_t t, const Grid::ConstU
 
 double volume_of(const MaterialStack& stack, std::size_t layer) {
     const TriangleMesh mesh = extract_surface(stack, layer, surface::SharpEdges::all_beyond);
-    const auto grid = stack.layers[layer].phi->getConstUnsafeAccessor();
     const auto* edges = mesh.vertex_attribute(kEdgeAttribute);
     const auto is_at_edge = [&](std::size_t t) {
         return edges && std::ranges::any_of(mesh.triangles[t],
                                             [&](std::uint32_t v) { return edges->values[v] != 0.0; });
     };
-    double volume = 0.0;
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        volume += volume_over(mesh, t, 0.0, stack.domain);
-        if (!stack.coarser && !is_at_edge(t)) volume += volume_beyond(mesh, t, grid, stack.domain);
-    }
-    return volume;
+    std::vector<double> volumes(mesh.triangles.size());
+    surface::parallel_each(volumes.size(), 1024, [&](std::size_t t) {
+        volumes[t] = volume_over(mesh, t, 0.0, stack.domain);
+        if (!stack.coarser && !is_at_edge(t))
+            volumes[t] +=
+                volume_beyond(mesh, t, stack.layers[layer].phi->getConstUnsafeAccessor(), stack.domain);
+    });
+    return std::accumulate(volumes.begin(), volumes.end(), 0.0);
 }
 
 }  // namespace sidewall::levelset

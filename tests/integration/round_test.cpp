@@ -117,7 +117,7 @@ TEST_CASE("volumes of round wafers are those of the revolution") {
         const double ring = volumes(fmt::format(
             "[[layer]]\nmaterial = \"W\"\nshape = \"fin\"\nwidth = {}\nheight = 0.8\nposition = [1.0, 0.0]\n",
             width))[1];
-        CHECK(ring == Approx(2.0 * kPi * width * 0.8).epsilon(width == 0.5 ? 1.1e-4 : 2e-5));
+        CHECK(ring == Approx(2.0 * kPi * width * 0.8).epsilon(width == 0.5 ? 1.1e-4 : 1e-5));
     }
     // Ten cells a radius.
     const auto of_body = [&](const std::string& keys) {
@@ -172,7 +172,7 @@ TEST_CASE("a sphere and a torus about the axis shrink to second order in the gri
                       torus =
                           "[[layer]]\nmaterial = \"W\"\nshape = \"cylinder\"\naxis = \"y\"\nradius = 0.4\n"
                           "position = [1.0, 0.0]\nz = 0.0\n";
-    for (const double spacing : {0.05, 0.025}) {  // of four cells a radius at the end, and eight
+    for (const double spacing : {0.1, 0.05, 0.025}) {
         const std::vector<std::string> grid{fmt::format("domain.grid_spacing={}", spacing)};
         const auto removed = [&](const std::string& body, double way) {
             return summary(fmt::format("{}{}{}duration = {}\n", substrate, body, etch, way),
@@ -182,6 +182,7 @@ TEST_CASE("a sphere and a torus about the axis shrink to second order in the gri
         const auto allowed = [&](double radius) { return 0.06 * std::pow(spacing / radius, 2); };
         CAPTURE(spacing);
         CHECK(removed(sphere, 0.4) == Approx(4.0 / 3.0 * kPi * (1.0 - 0.216)).epsilon(allowed(0.6)));
+        if (spacing > 0.05) continue;  // the torus ends with two cells a radius, too few for its volume
         CHECK(removed(torus, 0.2) == Approx(2.0 * kPi * kPi * (0.16 - 0.04)).epsilon(allowed(0.2)));
     }
 }
