@@ -101,8 +101,7 @@ std::vector<double> figures_of(const ValidationCase& one, const CaseRun& made,
                                               .resume_command = options.resume_command,
                                               .warn = print_warning});
     seconds += run.summary["timing"]["total"].get<double>();  // as rounded as that of a run that was there
-    // What was traced has the sharp edges that a surface of several materials is saved without, but no
-    // coverages.
+    // What was traced has the fluxes as they were counted, but no coverages.
     const auto start = [&](const ReferenceFigure& figure) {
         const fs::path traced = folder / "traced_0000.vtp";
         const bool has = is_there(traced) && !figure.figure.starts_with("coverage_");

@@ -13,6 +13,7 @@
 #include "levelset/meshes/extract.hpp"
 #include "levelset/meshes/fronts.hpp"
 #include "levelset/meshes/nearest_on_segments.hpp"
+#include "surface/distance.hpp"
 #include "surface/extraction/marching_cubes.hpp"
 
 namespace sidewall::levelset {
@@ -206,18 +207,36 @@ std::vector<Vec3> front_normals(const TriangleMesh& mesh, const std::vector<std:
     return normals;
 }
 
+// Moves vertices on edges of a lower layer's mesh that lie outside of the next upper one onto that: planes
+// that go on beyond the nodes they are known from may meet out there.
+void keep_inside(const Domain& domain, const TriangleMesh& above, TriangleMesh& mesh) {
+    const std::vector<std::uint8_t> on_edge = on_edges(mesh);
+    if (std::ranges::count(on_edge, 1) == 0 || above.triangles.empty()) return;
+    const surface::SignedDistance upper(above);
+    tbb::parallel_for(std::size_t{0}, on_edge.size(), [&](std::size_t v) {
+        if (!on_edge[v]) return;
+        Vec3& vertex = mesh.vertices[v];
+        const surface::DistanceSample at = upper.at(vertex, domain.spacing);
+        if (!(at.distance > 0.0)) return;
+        Vec3 moved = at.nearest.point;
+        for (std::size_t axis = 0; axis < 2; ++axis)
+            if (on_side(domain, axis, vertex, vertex))
+                moved[static_cast<Eigen::Index>(axis)] = vertex[static_cast<Eigen::Index>(axis)];
+        vertex = moved;
+    });
+}
+
 // A lower layer's boundary: its own front, and where that ends those above it.
 // \param rims  where each layer comes out from under the next, from this one up.
-// \param sharp  whether it has edges.
+// \param above  the next upper mesh.
 TriangleMesh interface_mesh(const Fronts& fronts, const MaterialStack& stack, std::size_t layer,
-                            const std::vector<NearestOnSegments>& rims, bool sharp) {
+                            const std::vector<NearestOnSegments>& rims, const TriangleMesh& above) {
     const Domain& domain = stack.domain;
     TriangleMesh mesh =
-        sharp ? extract_surface(stack, layer,
-                                [&](const MaterialStack& level, const std::array<int, 3>& cell) {
-                                    return edges_at(level, layer, cell);
-                                })
-              : extract_surface(stack, layer, surface::SharpEdges::none);
+        extract_surface(stack, layer, [&](const MaterialStack& level, const std::array<int, 3>& cell) {
+            return edges_at(level, layer, cell);
+        });
+    keep_inside(domain, above, mesh);
     const std::vector<std::uint8_t> on_edge = on_edges(mesh);
     std::vector<std::size_t> front(mesh.vertices.size(), layer);
     std::vector<std::uint8_t> within(mesh.vertices.size(), 0);  // a cell: on no edge
@@ -238,13 +257,14 @@ TriangleMesh interface_mesh(const Fronts& fronts, const MaterialStack& stack, st
         for (std::size_t k = 0; k < 3; ++k) {
             std::uint32_t a = t[k], b = t[(k + 1) % 3];
             if (front[a] > front[b]) std::swap(a, b);
-            if (front[a] == front[b] || points.contains(divided_edge(a, b))) continue;
+            const bool own = front[a] == front[b];  // a corner of the layer's own front may be cut off, too
+            if ((own && front[a] != layer) || normals[a].dot(normals[b]) > kAlike) continue;
+            if (points.contains(divided_edge(a, b))) continue;
             const Vec3 &from = mesh.vertices[a], &to = mesh.vertices[b];
             if (is_short(domain, from, to)) continue;
             std::optional<Vec3> point =  // moved onto a side if it has to be
-                rims[front[a]].at(to + kFromFoot * (from - to));
+                rims[front[a]].at(to + (own ? 0.5 : kFromFoot) * (from - to));
             if (!point) continue;
-            if (normals[a].dot(normals[b]) > kAlike) continue;
             const Vec3 along = (to - from).normalized();
             if ((*point - from).cross(along).norm() < kLeastCorner * domain.spacing) continue;
             for (std::size_t axis = 0; axis < 2; ++axis)
@@ -279,17 +299,13 @@ StackMeshes extract_materials(const MaterialStack& stack, const TriangleMesh& su
         return meshes;
     }
     const Fronts fronts(stack);
-    // Of several interfaces that end beside each other's edges, some would have them and leave teeth between.
-    const bool is_sharp = surface.vertex_attribute(kEdgeAttribute) != nullptr, sharp = is_sharp && top == 1;
-    const TriangleMesh plain =
-        is_sharp && !sharp ? extract_surface(stack, surface::SharpEdges::none) : TriangleMesh();
     meshes.interfaces.resize(top);
     std::vector<NearestOnSegments> rims(top);
     for (std::size_t layer = top + 1; layer-- > 0;) {
         CutMesh cut;
-        cut.mesh = layer < top          ? interface_mesh(fronts, stack, layer, rims, sharp)
-                   : is_sharp && !sharp ? plain
-                                        : surface;
+        cut.mesh = layer == top ? surface
+                                : interface_mesh(fronts, stack, layer, rims,
+                                                 layer + 1 < top ? meshes.interfaces[layer + 1] : surface);
         std::vector<std::vector<double>> covers = covers_of(fronts, layer, cut.mesh);
         cut.mesh.vertex_attributes.clear();
         if (layer < top) meshes.interfaces[layer] = cut.mesh;

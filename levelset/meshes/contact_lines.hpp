@@ -30,11 +30,10 @@ struct StackMeshes {
 /// cell long. Here the surface's triangles are divided where the layer's own front, continued (continued_fronts), meets
 /// them, and each interface ends on that line.
 ///
-/// \param surface  extract_surface of the stack's top. Its edges stay where no layer below comes out, and on a stack of two: where
-///                 the lower one comes out along an edge, as at a mask's foot, the line runs on it (kOnLine), and the
-///                 interface has edges where it is bare or well covered (edges_at). Of more layers, one of which comes out,
-///                 the plain surface is divided, whose vertices have the same numbers. A layer that is covered all over has its
-///                 front's edges on its interface (edges_below).
+/// \param surface  extract_surface of the stack's top, which keeps its edges. Where a lower layer comes out along one of them, as
+///                 at a mask's foot, the line runs on it (kOnLine). Interfaces have edges where they are bare or well covered
+///                 (edges_at), none of them outside of what lies on them. A layer that is covered all over has its front's
+///                 edges on its interface (edges_below).
 /// \note O(n) for each pair of layers. The same bits on any number of threads.
 StackMeshes extract_materials(const MaterialStack& stack, const TriangleMesh& surface);
 

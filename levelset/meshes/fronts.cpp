@@ -301,21 +301,25 @@ double Fronts::height(std::size_t layer, const Vec3& point) const {
 
 surface::SharpEdges edges_at(const MaterialStack& level, std::size_t layer, const std::array<int, 3>& cell) {
     const double dx = level.domain.spacing, touching = thinnest_film(level.domain) / dx;
-    const auto own = level.layers[layer].phi->getConstUnsafeAccessor(),
-               next = level.layers[layer + 1].phi->getConstUnsafeAccessor();
+    const auto own = level.layers[layer].phi->getConstUnsafeAccessor();
+    std::vector<decltype(level.layers[layer].phi->getConstUnsafeAccessor())> upper;
+    for (std::size_t k = layer + 1; k < level.layers.size(); ++k)
+        upper.push_back(level.layers[k].phi->getConstUnsafeAccessor());
     surface::SharpEdges edges = surface::SharpEdges::all;
     bool bare = false, covered = false;
     for (int n = 0; n < 64; ++n) {
         const openvdb::Coord node(level.domain.source_node(0, cell[0] + n % 4 - 1),
                                   level.domain.source_node(1, cell[1] + n / 4 % 4 - 1), cell[2] + n / 16 - 1);
-        float here = 0.0f, other = 0.0f;
+        float here = 0.0f;
         if (!own.probeValue(node, here) || std::abs(here) > static_cast<float>(kBesideFront * dx)) continue;
-        // A node that is not in the next layer's band lies inside it.
-        const double film = next.probeValue(node, other) ? (static_cast<double>(here) - other) / dx : 1.0;
-        (film > touching ? covered : bare) = true;
-        if (film <= touching) continue;
-        if (film < kCovering) edges = surface::SharpEdges::hollow;
-        if (film < kCoveringHollow) return surface::SharpEdges::none;
+        double film = 0.0;  // the lowest one that is there
+        for (std::size_t k = 0; k < upper.size() && film <= touching; ++k) {
+            float other = 0.0f;
+            // A node that is not in an upper layer's band lies inside it.
+            film = upper[k].probeValue(node, other) ? (static_cast<double>(here) - other) / dx : 1.0;
+        }
+        (film > kCoveringHollow ? covered : bare) = true;
+        if (film > kCoveringHollow && film < kCovering) edges = surface::SharpEdges::hollow;
     }
     return bare && covered ? surface::SharpEdges::none : edges;
 }

@@ -60,7 +60,8 @@ class Fronts {
 };
 
 /// The edges that a layer's interface may have in a cell of a level: those of the layer's own front where the nodes around are
-/// all bare or all covered by the next layer, by as much as edges_below asks; none where that one ends.
+/// all bare, or under the thinnest film, or all covered by as much as edges_below asks; none where a cover ends. What covers a node is
+/// the lowest layer above that has a thickness there.
 surface::SharpEdges edges_at(const MaterialStack& level, std::size_t layer, const std::array<int, 3>& cell);
 
 /// The edges with which a layer's own front is its interface everywhere: all where the next layer covers it by half a cell at least, hollow

@@ -96,33 +96,39 @@ TEST_CASE(
     "where a mask stands on silicon its foot and its edges are sharp, wherever they lie between nodes") {
     for (const double bottom : {0.0, 0.13, 0.5})
         for (const double wall : {0.0, 0.13, 0.4, 0.5})
-            for (const double depth : {0.0, 3.4}) {
-                const Domain domain = make_domain({28.0, 2.0}, 1.0, {Side::reflective, Side::periodic});
-                Shape silicon, recess = plate(bottom, 10.0 + 2.0 * wall);
-                silicon.top = bottom;
-                recess.depth = depth;
-                recess.subtract = true;
-                std::vector<std::pair<int, Shape>> bodies{{0, silicon}};
-                if (depth > 0.0) bodies.emplace_back(0, recess);
-                // Wider than the recess, so that the silicon's edge is bare.
-                bodies.emplace_back(1, plate(bottom + 4.3, 20.0 + 2.0 * wall));
-                const MaterialStack stack = make_stack(domain, bodies);
-                const StackMeshes meshes = extract_materials(stack, extract_surface(stack));
-                CAPTURE(bottom, wall, depth);
-                check_meshes(meshes);
-                double silicon_area = 0.0, mask_area = 0.0;
-                for (std::size_t t = 0; t < meshes.surface.layer.size(); ++t)
-                    (meshes.surface.layer[t] + 1 == stack.layers.size() ? mask_area : silicon_area) +=
-                        triangle_area(meshes.surface.mesh, t);
-                const double floor = 20.0 + 2.0 * wall;
-                // Where walls or floors lie on nodes, re-distancing leaves values in corners that are off by
-                // up to 0.065 cells: so are the corners.
-                const double most = 4.0 * 0.065;
-                CHECK(silicon_area == Approx(2.0 * (floor + 2.0 * depth)).margin(most));
-                CHECK(mask_area == Approx(2.0 * (28.0 - floor + 2.0 * 4.3)).margin(most));
-                CHECK(total_area(meshes.interfaces[0]) == Approx(2.0 * (28.0 + 2.0 * depth)).margin(most));
-                CHECK(meshes.surface.added.empty());  // all lines lie on edges
-            }
+            for (const double depth : {0.0, 3.4})
+                for (const bool film : {false, true}) {  // film: not begun to grow
+                    const Domain domain = make_domain({28.0, 2.0}, 1.0, {Side::reflective, Side::periodic});
+                    Shape silicon, recess = plate(bottom, 10.0 + 2.0 * wall);
+                    silicon.top = bottom;
+                    recess.depth = depth;
+                    recess.subtract = true;
+                    std::vector<std::pair<int, Shape>> bodies{{0, silicon}};
+                    if (depth > 0.0) bodies.emplace_back(0, recess);
+                    // Wider than the recess, so that the silicon's edge is bare.
+                    bodies.emplace_back(1, plate(bottom + 4.3, 20.0 + 2.0 * wall));
+                    MaterialStack stack = make_stack(domain, bodies);
+                    if (film) begin_film(stack, 2);
+                    const StackMeshes meshes = extract_materials(stack, extract_surface(stack));
+                    CAPTURE(bottom, wall, depth, film);
+                    check_meshes(meshes);
+                    double silicon_area = 0.0, mask_area = 0.0;
+                    for (std::size_t t = 0; t < meshes.surface.layer.size(); ++t)
+                        (meshes.surface.layer[t] == 1 ? mask_area : silicon_area) +=
+                            triangle_area(meshes.surface.mesh, t);
+                    const double floor = 20.0 + 2.0 * wall;
+                    // Where walls or floors lie on nodes, re-distancing leaves values in corners that are off
+                    // by up to 0.065 cells: so are the corners.
+                    const double most = 4.0 * 0.065;
+                    CHECK(silicon_area == Approx(2.0 * (floor + 2.0 * depth)).margin(most));
+                    CHECK(mask_area == Approx(2.0 * (28.0 - floor + 2.0 * 4.3)).margin(most));
+                    CHECK(total_area(meshes.interfaces[0]) ==
+                          Approx(2.0 * (28.0 + 2.0 * depth)).margin(most));
+                    if (film)
+                        CHECK(total_area(meshes.interfaces[1]) ==
+                              Approx(silicon_area + mask_area).margin(most));
+                    CHECK(meshes.surface.added.empty());  // all lines lie on edges
+                }
 }
 
 TEST_CASE("what a film covers has its edges") {

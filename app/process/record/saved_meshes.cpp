@@ -116,8 +116,6 @@ TriangleMesh result_mesh(const Model& model, const levelset::MaterialStack& stac
     for (std::size_t k = 0; k < model.species.size() && same_vertices; ++k)
         for (std::size_t tally = 0; tally < flux::tally_count(model.species[k]); ++tally) {
             std::vector<double> error = surface.arriving->trace->species[k].tally(tally).vertex.error;
-            // Fewer where the surface is saved without its edges.
-            error.resize(mesh.vertices.size() - cut.added.size());
             for (const auto& [from, to, share] : cut.added)
                 error.push_back(error[from] + share * (error[to] - error[from]));
             mesh.vertex_attributes.push_back({"flux_error_" + flux::tally_names(model.species[k])[tally], 1,
