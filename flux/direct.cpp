@@ -259,9 +259,8 @@ std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const Tri
                                              const surface::RayScene& scene, const LateralBox& box,
                                              const Wedges& wedges, bool coarse) {
     const Geometry geometry = make_geometry(mesh, scene, box);
-    const bool few = box.axial || geometry.straight;  // triangles: those of a profile
     const std::vector<std::vector<Lookout>> from =
-        lookouts(mesh, wedges, box, 2.0 * kOverlap * geometry.skin, coarse || few);
+        lookouts(mesh, wedges, box, 2.0 * kOverlap * geometry.skin, coarse || box.axial);
     std::vector<std::vector<double>> open(direct.beams(), std::vector<double>(wedges.count(), 0.0));
     for (std::size_t b = 0; b < direct.beams(); ++b) {
         std::vector<DirectFlux::Direction> towards = direct.towards(b, box.axial           ? 4

@@ -63,7 +63,7 @@ class DirectFlux {
 /// \param scene   of \p mesh.
 /// \param box     from lateral_box(mesh, ...).
 /// \param coarse  the share may change along a triangle: it is a mean over every triangle of a wedge's fan, as it is on
-///                profiles; else that of one place near the vertex.
+///                round wafers; else that of one place near the vertex.
 /// \note O(triangles) rays, parallel, deterministic.
 std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const TriangleMesh& mesh,
                                              const surface::RayScene& scene, const LateralBox& box,

@@ -7,6 +7,7 @@
 
 #include "flux/yield.hpp"
 #include "surface/ray_scene.hpp"
+#include "tests/flux/revolved_mesh.hpp"
 
 using namespace sidewall;
 using namespace sidewall::flux;
@@ -172,6 +173,36 @@ TEST_CASE("the middle of a deep hole's floor sees as much of a narrow source as 
         const double exact = 1.0 - std::pow(depth / std::hypot(depth, 0.5), exponent + 1.0);
         INFO(exponent << " " << depth);
         CHECK(open[0][wedges.corner[0]] == Approx(exact).margin(1.0 / 16.0));  // of 16 polar angles
+    }
+}
+
+TEST_CASE("the floor of a round hole receives what a narrow source sends there, whatever its half shadow") {
+    // Radius 1, facets of 0.1, and half shadows of about that.
+    for (const double depth : {2.0, 3.0, 6.0}) {
+        const Revolved hole({{0.0, -depth}, {1.0, -depth}, {1.0, 0.0}, {1.5, 0.0}}, 0.1);
+        Species species = parallel_ions();
+        species.source_exponent = 1000.0;
+        const auto open = open_shares(DirectFlux(species), hole.mesh, hole.scene, hole.box, hole.wedges);
+        double received = 0.0, floor = 0.0;
+        for (std::size_t t = 0; t < hole.mesh.triangles.size(); ++t) {
+            if (triangle_centroid(hole.mesh, t).z() > -0.999 * depth) continue;
+            const double area = triangle_area(hole.mesh, t);
+            floor += area;
+            for (std::size_t k = 0; k < 3; ++k)
+                received += area / 3.0 * open[0][hole.wedges.corner[3 * t + k]];
+        }
+        // From a polar angle the mouth throws a disc onto the floor: what of that is on it.
+        constexpr int kAngles = 1000;
+        double exact = 0.0;
+        for (int n = 0; n < kAngles; ++n) {
+            const double cosine = std::pow((n + 0.5) / kAngles, 1.0 / (species.source_exponent + 1.0)),
+                         half = 0.5 * depth * std::sqrt(1.0 - cosine * cosine) / cosine;
+            if (half < 1.0)
+                exact += 2.0 / std::numbers::pi * (std::acos(half) - half * std::sqrt(1.0 - half * half)) /
+                         kAngles;
+        }
+        INFO(depth);
+        CHECK(received / floor == Approx(exact).epsilon(4e-3));
     }
 }
 
