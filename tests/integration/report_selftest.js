@@ -147,5 +147,5 @@
       document.body.append(Sidewall.el("pre", { id: "selftest", hidden: "" }, JSON.stringify({ errors: [String(error.stack)] })));
     }
   };
-  addEventListener("load", () => setTimeout(test, 300, 150));
+  addEventListener("load", () => setTimeout(test, 300, 1500));
 })();

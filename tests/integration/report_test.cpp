@@ -44,7 +44,7 @@ Json selftest(const Folder& folder, const std::string& page, const std::string& 
     html.insert(html.find("<main"), "<script>" + sidewall::test::read_bytes(kScript) + "</script>");
     std::ofstream(folder.path / "tested.html", std::ios::binary) << html;
     const Outcome outcome = run_command(
-        folder.path, "timeout -k 1 300 " + kBrowser + "--virtual-time-budget=20000 --dump-dom " + options +
+        folder.path, "timeout -k 1 300 " + kBrowser + "--virtual-time-budget=200000 --dump-dom " + options +
                          " 'file://" + (folder.path / "tested.html").string() + "' 2>browser.log");
     const std::string start = "<pre id=\"selftest\" hidden=\"\">";
     const std::size_t begin = outcome.output.find(start);
