@@ -111,9 +111,9 @@ Lookout lookout_at(const TriangleMesh& mesh, const LateralBox& box, double skin,
 }
 
 // The lookouts of every wedge: one near the vertex in the largest triangle of its fan, or one in every
-// triangle, in the middle of what the wedge's share of a linear flux is there. A single
-// place misses how the share bends within a triangle: on the floor of a round contact, whose half shadow is a
-// cell wide, 1 % of the source was lost.
+// triangle, in the middle of what the wedge's share of a linear flux is there. A single place misses how the
+// share bends within a triangle: on the floor of a round contact, whose half shadow is a cell wide, 1 % of
+// the source was lost.
 std::vector<std::vector<Lookout>> lookouts(const TriangleMesh& mesh, const Wedges& wedges,
                                            const LateralBox& box, double skin, bool all) {
     constexpr double kNearVertex = 0.2, kMiddle = 0.75;

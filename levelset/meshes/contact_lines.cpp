@@ -41,10 +41,12 @@ constexpr double kFar = 5.0;
 
 constexpr std::size_t kOpen = static_cast<std::size_t>(-1);
 
-// On a side of the domain a vertex stays there.
-bool on_side(const Domain& domain, std::size_t axis, const Vec3& a, const Vec3& b) {
-    const auto k = static_cast<Eigen::Index>(axis);
-    return a[k] == b[k] && (a[k] == domain.min[axis] || a[k] == domain.max[axis]);
+// A point that takes the place of an edge from a to b stays on the sides of the domain that the edge lies on.
+void keep_on_sides(const Domain& domain, const Vec3& a, const Vec3& b, Vec3& point) {
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+        const auto k = static_cast<Eigen::Index>(axis);
+        if (a[k] == b[k] && (a[k] == domain.min[axis] || a[k] == domain.max[axis])) point[k] = a[k];
+    }
 }
 
 bool is_short(const Domain& domain, const Vec3& a, const Vec3& b) {
@@ -209,8 +211,9 @@ std::vector<Vec3> front_normals(const TriangleMesh& mesh, const std::vector<std:
 
 // Moves vertices on edges of a lower layer's mesh that lie outside of the next upper one onto that: planes
 // that go on beyond the nodes they are known from may meet out there.
-void keep_inside(const Domain& domain, const TriangleMesh& above, TriangleMesh& mesh) {
-    const std::vector<std::uint8_t> on_edge = on_edges(mesh);
+// \param on_edge  of the mesh's vertices.
+void keep_inside(const Domain& domain, const TriangleMesh& above, const std::vector<std::uint8_t>& on_edge,
+                 TriangleMesh& mesh) {
     if (std::ranges::count(on_edge, 1) == 0 || above.triangles.empty()) return;
     const surface::SignedDistance upper(above);
     tbb::parallel_for(std::size_t{0}, on_edge.size(), [&](std::size_t v) {
@@ -219,9 +222,7 @@ void keep_inside(const Domain& domain, const TriangleMesh& above, TriangleMesh& 
         const surface::DistanceSample at = upper.at(vertex, domain.spacing);
         if (!(at.distance > 0.0)) return;
         Vec3 moved = at.nearest.point;
-        for (std::size_t axis = 0; axis < 2; ++axis)
-            if (on_side(domain, axis, vertex, vertex))
-                moved[static_cast<Eigen::Index>(axis)] = vertex[static_cast<Eigen::Index>(axis)];
+        keep_on_sides(domain, vertex, vertex, moved);
         vertex = moved;
     });
 }
@@ -236,8 +237,8 @@ TriangleMesh interface_mesh(const Fronts& fronts, const MaterialStack& stack, st
         extract_surface(stack, layer, [&](const MaterialStack& level, const std::array<int, 3>& cell) {
             return edges_at(level, layer, cell);
         });
-    keep_inside(domain, above, mesh);
     const std::vector<std::uint8_t> on_edge = on_edges(mesh);
+    keep_inside(domain, above, on_edge, mesh);
     std::vector<std::size_t> front(mesh.vertices.size(), layer);
     std::vector<std::uint8_t> within(mesh.vertices.size(), 0);  // a cell: on no edge
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, front.size(), 1024), [&](const auto& range) {
@@ -267,9 +268,7 @@ TriangleMesh interface_mesh(const Fronts& fronts, const MaterialStack& stack, st
             if (!point) continue;
             const Vec3 along = (to - from).normalized();
             if ((*point - from).cross(along).norm() < kLeastCorner * domain.spacing) continue;
-            for (std::size_t axis = 0; axis < 2; ++axis)
-                if (on_side(domain, axis, from, to))
-                    (*point)[static_cast<Eigen::Index>(axis)] = from[static_cast<Eigen::Index>(axis)];
+            keep_on_sides(domain, from, to, *point);
             points.emplace(divided_edge(a, b), static_cast<std::uint32_t>(mesh.vertices.size()));
             mesh.vertices.push_back(*point);
         }
