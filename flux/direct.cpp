@@ -87,8 +87,8 @@ std::vector<SourceSample> source_samples(const Species& species, const Vec3& axi
     return samples;
 }
 
-// A place off the surface from which a wedge looks for the source, with the normal and the area of its
-// triangle.
+// A place off the surface from which a wedge looks for the source, with the normal of its triangle and the
+// area that it stands for.
 struct Lookout {
     Vec3 point = Vec3::Zero(), normal = Vec3::Zero();
     double area = 0.0;
@@ -113,17 +113,27 @@ Lookout lookout_at(const TriangleMesh& mesh, const LateralBox& box, double skin,
 // The lookouts of every wedge: one near the vertex in the largest triangle of its fan, or one in every
 // triangle, in the middle of what the wedge's share of a linear flux is there. A single place misses how the
 // share bends within a triangle: on the floor of a round contact, whose half shadow is a cell wide, 1 % of
-// the source was lost.
+// the source was lost. A ring looks from both of its segments, where its share of a linear flux is half.
 std::vector<std::vector<Lookout>> lookouts(const TriangleMesh& mesh, const Wedges& wedges,
                                            const LateralBox& box, double skin, bool all) {
-    constexpr double kNearVertex = 0.2, kMiddle = 0.75;
+    constexpr double kNearVertex = 0.2, kMiddle = 0.75, kThird = 0.5;
     std::vector<std::vector<Lookout>> places(wedges.count());
     for (std::size_t c = 0; c < wedges.corner.size(); ++c) {
+        const std::size_t t = c / 3, k = c % 3;
         std::vector<Lookout>& own = places[wedges.corner[c]];
-        if (all)
-            own.push_back(lookout_at(mesh, box, skin, c / 3, c % 3, kMiddle));
-        else if (own.empty() || triangle_area(mesh, c / 3) > own[0].area)
-            own = {lookout_at(mesh, box, skin, c / 3, c % 3, kNearVertex)};
+        if (box.axial) {
+            // Of a segment's two triangles, the one with its other two corners on the other ring.
+            const std::uint32_t* const ring = &wedges.corner[3 * t];
+            if (ring[(k + 1) % 3] == ring[k] || ring[(k + 2) % 3] == ring[k]) continue;
+            own.push_back(lookout_at(mesh, box, skin, t, k, kThird));
+            const Vec3& end = mesh.vertices[mesh.triangles[t][k]];
+            own.back().area = own.back().point.x() *
+                              std::hypot(own.back().point.x() - end.x(), own.back().point.z() - end.z());
+        } else if (all) {
+            own.push_back(lookout_at(mesh, box, skin, t, k, kMiddle));
+        } else if (own.empty() || triangle_area(mesh, t) > own[0].area) {
+            own = {lookout_at(mesh, box, skin, t, k, kNearVertex)};
+        }
     }
     return places;
 }
@@ -260,7 +270,7 @@ std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const Tri
                                              const Wedges& wedges, bool coarse) {
     const Geometry geometry = make_geometry(mesh, scene, box);
     const std::vector<std::vector<Lookout>> from =
-        lookouts(mesh, wedges, box, 2.0 * kOverlap * geometry.skin, coarse || box.axial);
+        lookouts(mesh, wedges, box, 2.0 * kOverlap * geometry.skin, coarse);
     std::vector<std::vector<double>> open(direct.beams(), std::vector<double>(wedges.count(), 0.0));
     for (std::size_t b = 0; b < direct.beams(); ++b) {
         std::vector<DirectFlux::Direction> towards = direct.towards(b, box.axial           ? 4
