@@ -232,7 +232,7 @@ AdvectionSeconds move_level(MaterialStack& stack, MaterialStack* finer,
     // Schemes for speeds that turn with the normal smear edges over cells, but a beam's: there are no
     // distances to keep.
     const SpeedLaw& law = motions.front()->law;
-    const bool smears = law.depends_on_normal && !law.beam_speed;
+    const bool smears = law.depends_on_normal && law.normal.empty() && !law.beam_speed;
     const Start is = smears ? Start::function : Start::distance;
     redistance(band, stack.top(), stack.domain, kSweepsAfterTimeStep, is);
     // Distances to a front that turns sharply are off by a part of a cell.
