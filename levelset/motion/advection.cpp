@@ -116,12 +116,18 @@ std::vector<Nodes> nodes_at_edges(const std::vector<Leaf*>& leaves,
     const auto farthest =
         -(static_cast<float>(kHeldCells) + kTie) * static_cast<float>(speeds.stack.domain.spacing);
     std::vector<Nodes> held(samples.size());
+    const Extension& extension = speeds.motion.extension;
+    const auto at_cover = [&](std::size_t sample) {
+        return extension.at_cover.empty() || sample < extension.plain() ||
+               extension.at_cover[sample - extension.plain()] != 0;
+    };
     surface::parallel_each(samples.size(), 16, [&](std::size_t n) {
         const float* phi = leaves[n]->buffer().data();
         for (openvdb::Index node = 0; node < Leaf::SIZE; ++node) {
             const std::int32_t sample = SampleIndex::sample(samples[n][node]);
             if (sample >= 0 && phi[node] >= farthest &&
-                speeds.way[static_cast<std::size_t>(sample)] == SampleSpeeds::Way::as_distance)
+                speeds.way[static_cast<std::size_t>(sample)] == SampleSpeeds::Way::as_distance &&
+                at_cover(static_cast<std::size_t>(sample)))
                 held[n].setOn(node);
         }
     });

@@ -170,10 +170,16 @@ bool any_layer_at(const MaterialStack& stack, const openvdb::Coord& origin) {
     });
 }
 
-void add_sample(const EdgeNode& edge, std::size_t below, std::int32_t& entry, Extension& extension) {
+void add_sample(const EdgeNode& edge, const openvdb::Coord& node, std::size_t below, std::int32_t& entry,
+                Extension& extension) {
     entry = static_cast<std::int32_t>(extension.samples.size()) | SampleIndex::kShared;
-    extension.samples.push_back(extension.samples[edge.sample]);
+    SurfaceSample sample = extension.samples[edge.sample];
+    const Eigen::Vector3i own(node.x(), node.y(), node.z());
+    sample.foot += (sample.node - own).cast<float>();
+    sample.node = own;
+    extension.samples.push_back(sample);
     extension.body.push_back(edge.body);
+    extension.nearest.push_back(edge.sample);
     if (!extension.alone.empty()) extension.alone.push_back(0);
     for (std::size_t k = 0; k < below; ++k)
         extension.thickness.push_back(extension.thickness[edge.sample * below + k]);
@@ -208,7 +214,9 @@ void find_bodies(const MaterialStack& stack, Extension& extension, Below look_fo
     if (std::all_of(edges.begin(), edges.end(), [](const auto& of_leaf) { return of_leaf.empty(); })) return;
     const auto index = std::make_shared<SampleIndex>(*extension.sample_of);
     for (std::size_t n = 0; n < leaves.size(); ++n)
-        for (const EdgeNode& edge : edges[n]) add_sample(edge, below, index->of(n)[edge.node], extension);
+        for (const EdgeNode& edge : edges[n])
+            add_sample(edge, leaves[n]->offsetToGlobalCoord(edge.node), below, index->of(n)[edge.node],
+                       extension);
     extension.sample_of = index;
 }
 

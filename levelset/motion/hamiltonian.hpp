@@ -336,7 +336,7 @@ void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* en
     }
     for (std::size_t n = 0; general && n < kLanes; ++n) {
         if (ways[n] != Way::general) continue;
-        const auto index = static_cast<std::size_t>(sample[n]);
+        const std::size_t index = in.evaluated(static_cast<std::size_t>(sample[n]));
         const Vec3 minus(d[0].minus[n] * inv_dx, d[1].minus[n] * inv_dx, d[2].minus[n] * inv_dx);
         const Vec3 plus(d[0].plus[n] * inv_dx, d[1].plus[n] * inv_dx, d[2].plus[n] * inv_dx);
         const auto speed_of = [&](const Vec3& normal) {

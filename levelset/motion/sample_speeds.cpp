@@ -169,12 +169,23 @@ SampleSpeeds sample_speeds(const MaterialStack& stack, const Motion& motion, Sch
     // is known.
     if (motion.law.depends_on_normal && motion.law.normal.empty()) return speeds;
     const std::size_t plain = motion.extension.plain();
+    // Whether what covers a body is etched like it, so that the edge itself goes away.
+    const auto cover_goes = [&](std::size_t k) {
+        constexpr double kLike = 0.5;
+        if (motion.law.normal.empty()) return false;
+        const std::size_t at = motion.extension.nearest[k], body = motion.extension.body[k],
+                          cover = exposed(stack, motion.extension, at);
+        return cover != body &&
+               motion.law.max_etch_rate(at, cover) > kLike * motion.law.max_etch_rate(at, body);
+    };
     surface::parallel_each(motion.extension.body.size(), 1024, [&](std::size_t k) {
         const std::size_t n = plain + k, body = motion.extension.body[k];
+        if (body == Extension::kNoBody || cover_goes(k)) return;
         if (!motion.law.inert.empty() && motion.law.inert[body]) return;
         const Vec3 normal =
             motion.law.normal.empty() ? Vec3(Vec3::UnitZ()) : motion.law.normal[n].cast<double>().eval();
         const double v = speed_from(stack, motion, n, body, normal, duration);
+        if (v == 0.0) speeds.way[n] = Way::still;
         if (!(v < 0.0)) return;
         speeds.first[n] = static_cast<float>(v);
         speeds.way[n] = Way::as_distance;

@@ -35,6 +35,11 @@ struct SampleSpeeds {
     double fastest_wave = 0.0;  ///< the largest sum over the axes of |dH/dp|, where slope is known
     bool all_constant = false;  ///< every way is still or constant
 
+    /// The sample that a node moves by whose speed is evaluated there: of an edge node, that of the nearest surface point.
+    std::size_t evaluated(std::size_t sample) const {
+        const std::size_t plain = motion.extension.plain();
+        return sample < plain ? sample : motion.extension.nearest[sample - plain];
+    }
     bool moves(std::int32_t sample) const {
         return sample >= 0 && way[static_cast<std::size_t>(sample)] != Way::still;
     }

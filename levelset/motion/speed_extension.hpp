@@ -33,8 +33,13 @@ struct Extension {
 
     /// Samples x (layers - 1): the depth of each lower layer below the sample (LayerDepths), world; see find_bodies.
     std::vector<float> thickness{};
-    /// By sample of nodes at the edge of a body, which follow all others: the body's layer; see find_bodies.
+    /// By sample of nodes at the edge of a body, which follow all others: the body's layer; see find_bodies. kNoBody: the
+    /// node moves like any other.
     std::vector<std::uint8_t> body{};
+    static constexpr std::uint8_t kNoBody = 255;
+    std::vector<std::uint32_t> nearest{};  ///< by edge node: the sample of the surface point nearest to it
+    /// By edge node: its nearest surface point lies on the cover's edge, so that no other front gets to it sooner. Empty: all.
+    std::vector<std::uint8_t> at_cover{};
 
     /// Number of samples that are not of nodes at the edge of a body.
     std::size_t plain() const { return samples.size() - body.size(); }

@@ -104,6 +104,7 @@ TEST_CASE("facets under a turning tilted beam are the same on both sides") {
 
 // A gas etches under the mask from the first moment, whether ions come with it or not.
 TEST_CASE("the undercut of a mask under a gas and ions does not depend on the grid") {
+    const std::string yield = GENERATE("none", "sputter");
     const std::string recipe = R"([domain]
 extent = [4.0]
 boundary = ["reflective", "periodic"]
@@ -117,7 +118,8 @@ width = 1.0
 [[step]]
 model = "multi_particle"
 duration = 1.0
-species = [ { name = "gas", sticking = 0.01, rate = { Si = -0.6 } }, { name = "ion", kind = "ion", rate = { Si = -0.3 } } ]
+species = [ { name = "gas", sticking = 0.01, rate = { Si = -0.6 } }, { name = "ion", kind = "ion", rate = { Si = -0.3 }, yield = ")" +
+                               yield + R"(" } ]
 [flux]
 rays = 50_000
 [metrology]

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "app/process/arriving/coverages.hpp"
+#include "app/process/arriving/edge_faces.hpp"
 #include "app/process/arriving/line_of_sight.hpp"
 #include "levelset/layers/levels.hpp"
 #include "levelset/meshes/pieces.hpp"
@@ -140,8 +141,10 @@ void interpolate_parts(const SurfaceFlux& arriving, bool whole, std::uint32_t tr
 }
 
 // Fluxes and coverages at the samples, and what each of them sees of the source.
+// \param hidden  from choose_faces, or empty.
 SamplePoints sample_points(const Model& model, const levelset::MaterialStack& stack,
-                           const TracedSurface& surface, const levelset::Extension& extension) {
+                           const TracedSurface& surface, const levelset::Extension& extension,
+                           std::span<const std::uint8_t> hidden) {
     const std::size_t count = extension.samples.size();
     SamplePoints samples;
     samples.count = count;
@@ -164,6 +167,7 @@ SamplePoints sample_points(const Model& model, const levelset::MaterialStack& st
     samples.visible.resize(model.visibility ? count : 0);
     const bool inert_top = is_inert(model, stack.layers.back().material);
     const TriangleMesh& mesh = surface.traced();
+    const std::size_t beams = samples.stride - samples.tallies - samples.coverages;
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 256), [&](const auto& range) {
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
             const levelset::SurfaceSample& s = extension.samples[n];
@@ -171,6 +175,9 @@ SamplePoints sample_points(const Model& model, const levelset::MaterialStack& st
             if (surface.arriving)
                 interpolate_parts(*surface.arriving, samples.direct.empty(), s.triangle, u, v,
                                   std::span(samples.values).subspan(n * samples.stride, samples.stride));
+            for (std::size_t b = 0; n >= extension.plain() && !hidden.empty() && b < beams; ++b)
+                if (hidden[(n - extension.plain()) * beams + b] != 0)
+                    samples.values[(n + 1) * samples.stride - beams + b] = 0.0;
             if (model.depends_on_position) samples.positions[n] = position_of(s, stack.domain);
             if (!model.visibility) continue;
             if (inert_top && extension.top_alone(n)) {  // it has no triangle, nor does anything ask
@@ -294,12 +301,15 @@ levelset::Motion motion_of_level(const Model& model, const levelset::MaterialSta
     }
     const PhaseClock clock(timing.rates);
     using levelset::Below;
-    const bool sharp = keeps_edges(model);
+    const bool sharp = keeps_edges(model), direct = surface.arriving && !surface.arriving->direct.empty();
     levelset::find_bodies(stack, extension,
-                          same_growth ? Below::nothing
-                          : sharp     ? Below::edges
-                                      : Below::depths);
-    const auto points = std::make_shared<const SamplePoints>(sample_points(model, stack, surface, extension));
+                          same_growth       ? Below::nothing
+                          : sharp || direct ? Below::edges
+                                            : Below::depths);
+    std::vector<std::uint8_t> hidden;
+    if (direct) hidden = choose_faces(surface, stack, extension);
+    const auto points =
+        std::make_shared<const SamplePoints>(sample_points(model, stack, surface, extension, hidden));
     levelset::SpeedLaw law = law_at(points, model, stack, surface, extension);
     law.same_growth = same_growth;
     law.keeps_edges = sharp;
