@@ -121,6 +121,19 @@ std::vector<Key> epitaxy_keys(Epitaxy& p) {
     return keys;
 }
 
+// Unit normals of the faces of the four families.
+std::vector<Vec3> crystal_planes(const CrystalAxes& axes) {
+    std::vector<Vec3> planes;
+    for (int h = -3; h <= 3; ++h)
+        for (int k = -3; k <= 3; ++k)
+            for (int l = -3; l <= 3; ++l) {
+                const int squares = h * h + k * k + l * l;  // 1, 2, 3 and 11 are 100, 110, 111 and 311 alone
+                if (squares == 1 || squares == 2 || squares == 3 || squares == 11)
+                    planes.push_back((h * axes[0] + k * axes[1] + l * axes[2]).normalized());
+            }
+    return planes;
+}
+
 // V(n) on the materials that move, 0 elsewhere.
 Model crystal_model(const Crystal& crystal, const CrystalRates& rates, std::vector<std::uint8_t> moving,
                     double sign) {
@@ -134,6 +147,9 @@ Model crystal_model(const Crystal& crystal, const CrystalRates& rates, std::vect
         model.hints.dissipation.push_back(moves != 0 ? bound.by_axis : Vec3::Zero());
         model.hints.inert.push_back(moves == 0);
     }
+    model.hints.planes = crystal_planes(axes);
+    std::ranges::stable_sort(model.hints.planes, {},
+                             [&](const Vec3& plane) { return crystal_rate(plane, axes, rates); });
     // Between the four families the rate is a mean of theirs.
     const double fastest = std::max({rates.r100, rates.r110, rates.r111, rates.r311});
     model.hints.max_etch_rate = [moving, rate = sign < 0.0 ? fastest : 0.0](const SurfacePoint& point) {

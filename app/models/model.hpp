@@ -79,6 +79,7 @@ struct SpeedHints {
     std::function<levelset::BeamSpeed(const SurfacePoint&)> beam_speed;
     /// By material: bounds of |dH/dp| along the grid's axes, where H = |p| V(p/|p|) is not convex. V of one sign.
     std::vector<Vec3> dissipation;
+    std::vector<Vec3> planes;  ///< normals at which V may have a cusp, the slowest first: a crystal's faces
 };
 
 /// A process model ready to run: what it traces, how coverages follow from the fluxes, and V from both.

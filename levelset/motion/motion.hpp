@@ -37,6 +37,7 @@ struct SpeedLaw {
     /// By layer: bounds of |dH/dp| along the axes where V(n), of one sign for all n, makes H = |p| V(p/|p|) no
     /// convex function; else empty.
     std::vector<Vec3> dissipation{};
+    std::vector<Vec3> planes{};  ///< normals at which V may have a cusp, the slowest first: a crystal's faces
     std::vector<std::uint8_t> inert{};  ///< by layer: V is 0 wherever it is bare. Empty: not known of any
     /// Where V has the form of a BeamSpeed, so that V need not be evaluated at every node; else empty.
     std::function<BeamSpeed(std::size_t sample, std::size_t layer)> beam_speed{};

@@ -448,8 +448,8 @@ TEST_CASE("walls along <100> come to be vertical and recede below a mask as fast
                                              "axis_100 = [1.0, 0.0, 0.0]\naxis_010 = [0.0, 1.0, 0.0]\n", dx);
         CAPTURE(dx, strip.metrology("undercut"));
         CHECK(strip.metrology("depth") == Approx(exact).margin(0.01 * dx));
-        // First order: the wall sets out late by cells, and its foot is round over a few.
-        CHECK(strip.metrology("undercut") == Approx(exact).margin(2.0 * dx));
+        CHECK(strip.metrology("undercut") == Approx(exact).epsilon(0.03));
+        // First order: the foot is round over a few cells.
         CHECK(strip.metrology("sidewall_angle") == Approx(90.0).margin(20.0 * dx));
     }
 }

@@ -282,6 +282,7 @@ levelset::SpeedLaw law_at(const std::shared_ptr<const SamplePoints>& points, con
         law.beam = *model.beam;
         law.beam_speed = at_samples(model.hints.beam_speed);
     }
+    law.planes = model.hints.planes;
     for (const levelset::Layer& layer : stack.layers) {
         law.inert.push_back(is_inert(model, layer.material));
         if (!model.hints.dissipation.empty())
@@ -303,9 +304,9 @@ levelset::Motion motion_of_level(const Model& model, const levelset::MaterialSta
     using levelset::Below;
     const bool sharp = keeps_edges(model), direct = surface.arriving && !surface.arriving->direct.empty();
     levelset::find_bodies(stack, extension,
-                          same_growth       ? Below::nothing
-                          : sharp || direct ? Below::edges
-                                            : Below::depths);
+                          same_growth                                           ? Below::nothing
+                          : sharp || direct || !model.hints.dissipation.empty() ? Below::edges
+                                                                                : Below::depths);
     std::vector<std::uint8_t> hidden;
     if (direct) hidden = choose_faces(surface, stack, extension);
     const auto points =
