@@ -2,11 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <limits>
-#include <numbers>
 #include <optional>
 
+#include "levelset/motion/crystal_edges.hpp"
 #include "surface/basis.hpp"
 #include "surface/parallel.hpp"
 
@@ -43,91 +41,6 @@ double speed_from(const MaterialStack& stack, const Motion& motion, std::size_t 
         speed = std::min(0.0, motion.law.speed(sample, layer, normal));
     }
     return moved > 0.0 ? -(moved - speed * time_left) / duration : speed;
-}
-
-// phi of a grid between its nodes.
-double between_nodes(const Grid& grid, const Domain& domain, const Vec3& index) {
-    const auto phi = grid.getConstUnsafeAccessor();
-    const Eigen::Vector3i low = index.array().floor().cast<int>();
-    double value = 0.0;
-    for (int corner = 0; corner < 8; ++corner) {
-        const Eigen::Vector3i node = low + Eigen::Vector3i(corner & 1, corner >> 1 & 1, corner >> 2);
-        const Vec3 share = 1.0 - (index - node.cast<double>()).array().abs();
-        value +=
-            share.prod() * static_cast<double>(phi.getValue(
-                               {domain.source_node(0, node.x()), domain.source_node(1, node.y()), node.z()}));
-    }
-    return value;
-}
-
-// The way from the edge of what covers a body to a node, in cells, and the directions across and along the
-// edge.
-struct FromEdge {
-    Vec3 way, across, along;
-};
-
-// None for a node straight behind the bare surface. The edge is at right angles to the way and to the normal
-// of the covered surface, which is nearest to places farther inside, if not to the node.
-std::optional<FromEdge> from_edge(const MaterialStack& stack, const SurfaceSample& at, std::size_t body) {
-    constexpr int kInside = 3;
-    constexpr double kStraight = 0.3, kOnEdge = 0.05, kFarthest = 2.5;
-    const Vec3 foot = at.foot.cast<double>();
-    if (foot.norm() < kOnEdge || foot.norm() > kFarthest) return std::nullopt;
-    const auto phi = stack.layers[body].phi->getConstUnsafeAccessor();
-    FromEdge from{-foot.normalized(), Vec3::Zero(), Vec3::Zero()};
-    for (int cells = 0; cells <= kInside; ++cells) {
-        Eigen::Vector3i place;
-        for (int axis = 0; axis < 3; ++axis)
-            place[axis] = at.node[axis] + static_cast<int>(std::lround(cells * from.way[axis]));
-        const auto value = [&](int axis, int step) {
-            Eigen::Vector3i node = place;
-            node[axis] += step;
-            return static_cast<double>(phi.getValue(
-                {stack.domain.source_node(0, node.x()), stack.domain.source_node(1, node.y()), node.z()}));
-        };
-        const Vec3 rise =
-            Vec3(value(0, 1) - value(0, -1), value(1, 1) - value(1, -1), value(2, 1) - value(2, -1))
-                .normalized();
-        const Vec3 aside = rise - rise.dot(from.way) * from.way;
-        if (aside.norm() > from.across.norm()) from.across = aside;
-    }
-    if (!(from.across.norm() > kStraight)) return std::nullopt;
-    from.across.normalize();
-    from.along = from.way.cross(from.across);
-    return from;
-}
-
-// The speed of a crystal's front from the edge of what covers it to a node: of the planes that set out from
-// there the one that gets to the node last (Wulff's construction). From a straight edge these are parallel to
-// it, from its corners all.
-std::optional<double> speed_from_edge(const MaterialStack& stack, const Motion& motion, std::size_t sample,
-                                      std::size_t body, double duration) {
-    constexpr int kTurns = 22;  // on either side, by 4 degrees
-    constexpr double kParallel = 0.17, kAtCorner = 0.4, kSlow = 0.1;
-    const SurfaceSample& at = motion.extension.samples[sample];
-    const auto from = from_edge(stack, at, body);
-    if (!from) return std::nullopt;
-    const auto arrives = [&](const Vec3& inwards) {
-        const double way = inwards.dot(from->way);
-        return way > 0.02 ? speed_from(stack, motion, sample, body, -inwards, duration) / way
-                          : -std::numeric_limits<double>::infinity();
-    };
-    const Vec3 edge = at.node.cast<double>() + at.foot.cast<double>();
-    double off = 0.0;
-    for (const double side : {-1.0, 1.0})
-        off = std::max(off, std::abs(between_nodes(stack.top(), stack.domain, edge + side * from->along)));
-    const bool corner = off > kAtCorner * stack.domain.spacing;
-    const double slow = -kSlow * motion.law.max_etch_rate(sample, body);
-    double last = arrives(from->way);
-    for (const Vec3& plane : motion.law.planes) {
-        if (corner || std::abs(plane.dot(from->along)) < kParallel) last = std::max(last, arrives(plane));
-        if (last > slow) return std::nullopt;  // beside slow planes the grid's scheme is the better one
-    }
-    for (int n = -kTurns; n <= kTurns; ++n) {
-        const double angle = 0.5 * std::numbers::pi * n / (kTurns + 1);
-        last = std::max(last, arrives(std::cos(angle) * from->way + std::sin(angle) * from->across));
-    }
-    return last;
 }
 
 // Whether an etch no faster than `most` stays in the layer that is bare at a sample all through the time
@@ -274,8 +187,12 @@ SampleSpeeds sample_speeds(const MaterialStack& stack, const Motion& motion, Sch
         if (!motion.law.inert.empty() && motion.law.inert[body]) return;
         const Vec3 normal =
             motion.law.normal.empty() ? Vec3(Vec3::UnitZ()) : motion.law.normal[n].cast<double>().eval();
-        const std::optional<double> of_edge = crystal ? speed_from_edge(stack, motion, n, body, duration)
-                                                      : speed_from(stack, motion, n, body, normal, duration);
+        const std::optional<double> of_edge =
+            crystal ? crystal_edge_speed(
+                          stack, motion.law.planes, motion.extension.samples[n], body,
+                          motion.law.max_etch_rate(n, body),
+                          [&](const Vec3& at) { return speed_from(stack, motion, n, body, at, duration); })
+                    : speed_from(stack, motion, n, body, normal, duration);
         if (!of_edge) return;
         const double v = *of_edge;
         if (v == 0.0) speeds.way[n] = Way::still;
