@@ -110,32 +110,48 @@ Lookout lookout_at(const TriangleMesh& mesh, const LateralBox& box, double skin,
     return out;
 }
 
-// The lookouts of every wedge: one near the vertex in the largest triangle of its fan, or one in every
-// triangle, in the middle of what the wedge's share of a linear flux is there. A single place misses how the
-// share bends within a triangle: on the floor of a round contact, whose half shadow is a cell wide, 1 % of
-// the source was lost. A ring looks from both of its segments, where its share of a linear flux is half.
-std::vector<std::vector<Lookout>> lookouts(const TriangleMesh& mesh, const Wedges& wedges,
-                                           const LateralBox& box, double skin, bool all) {
-    constexpr double kNearVertex = 0.2, kMiddle = 0.75, kThird = 0.5;
+// The lookouts of a wedge in every triangle of its fan, in the middle of what the wedge's share of a linear
+// flux is there. A ring looks from both of its segments, where its share of a linear flux is half.
+void add_lookout(const TriangleMesh& mesh, const Wedges& wedges, const LateralBox& box, double skin,
+                 std::size_t c, std::vector<Lookout>& own) {
+    constexpr double kMiddle = 0.75, kThird = 0.5;
+    const std::size_t t = c / 3, k = c % 3;
+    if (!box.axial) {
+        own.push_back(lookout_at(mesh, box, skin, t, k, kMiddle));
+        return;
+    }
+    // Of a segment's two triangles, the one with its other two corners on the other ring.
+    const std::uint32_t* const ring = &wedges.corner[3 * t];
+    if (ring[(k + 1) % 3] == ring[k] || ring[(k + 2) % 3] == ring[k]) return;
+    own.push_back(lookout_at(mesh, box, skin, t, k, kThird));
+    const Vec3& end = mesh.vertices[mesh.triangles[t][k]];
+    own.back().area =
+        own.back().point.x() * std::hypot(own.back().point.x() - end.x(), own.back().point.z() - end.z());
+}
+
+// The lookouts of every wedge: one near the vertex, in the largest triangle of its fan.
+std::vector<std::vector<Lookout>> lookouts_near(const TriangleMesh& mesh, const Wedges& wedges,
+                                                const LateralBox& box, double skin) {
+    constexpr double kNearVertex = 0.2;
     std::vector<std::vector<Lookout>> places(wedges.count());
     for (std::size_t c = 0; c < wedges.corner.size(); ++c) {
-        const std::size_t t = c / 3, k = c % 3;
         std::vector<Lookout>& own = places[wedges.corner[c]];
-        if (box.axial) {
-            // Of a segment's two triangles, the one with its other two corners on the other ring.
-            const std::uint32_t* const ring = &wedges.corner[3 * t];
-            if (ring[(k + 1) % 3] == ring[k] || ring[(k + 2) % 3] == ring[k]) continue;
-            own.push_back(lookout_at(mesh, box, skin, t, k, kThird));
-            const Vec3& end = mesh.vertices[mesh.triangles[t][k]];
-            own.back().area = own.back().point.x() *
-                              std::hypot(own.back().point.x() - end.x(), own.back().point.z() - end.z());
-        } else if (all) {
-            own.push_back(lookout_at(mesh, box, skin, t, k, kMiddle));
-        } else if (own.empty() || triangle_area(mesh, t) > own[0].area) {
-            own = {lookout_at(mesh, box, skin, t, k, kNearVertex)};
-        }
+        if (own.empty() || triangle_area(mesh, c / 3) > own[0].area)
+            own = {lookout_at(mesh, box, skin, c / 3, c % 3, kNearVertex)};
     }
     return places;
+}
+
+// Wedges whose share differs from one beside it in a triangle: the half shadow's.
+std::vector<std::uint8_t> in_half_shadow(const Wedges& wedges, std::span<const double> open) {
+    constexpr double kDiffers = 0.01;
+    std::vector<std::uint8_t> half(wedges.count(), 0);
+    for (std::size_t t = 0; 3 * t < wedges.corner.size(); ++t) {
+        const std::uint32_t* const corner = &wedges.corner[3 * t];
+        const auto [least, most] = std::minmax({open[corner[0]], open[corner[1]], open[corner[2]]});
+        for (std::size_t k = 0; most - least > kDiffers && k < 3; ++k) half[corner[k]] = 1;
+    }
+    return half;
 }
 
 }  // namespace
@@ -269,8 +285,18 @@ std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const Tri
                                              const surface::RayScene& scene, const LateralBox& box,
                                              const Wedges& wedges, bool coarse) {
     const Geometry geometry = make_geometry(mesh, scene, box);
-    const std::vector<std::vector<Lookout>> from =
-        lookouts(mesh, wedges, box, 2.0 * kOverlap * geometry.skin, coarse);
+    const double skin = 2.0 * kOverlap * geometry.skin;
+    // A single place misses how the share bends within a triangle: on the floor of a round contact, whose
+    // half shadow is a cell wide, 1 % of the source was lost.
+    const bool all = coarse || box.axial;
+    const auto in_fans = [&](std::span<const std::uint8_t> chosen) {
+        std::vector<std::vector<Lookout>> places(wedges.count());
+        for (std::size_t c = 0; c < wedges.corner.size(); ++c)
+            if (const std::uint32_t w = wedges.corner[c]; chosen.empty() || chosen[w] != 0)
+                add_lookout(mesh, wedges, box, skin, c, places[w]);
+        return places;
+    };
+    const std::vector<std::vector<Lookout>> from = all ? in_fans({}) : lookouts_near(mesh, wedges, box, skin);
     std::vector<std::vector<double>> open(direct.beams(), std::vector<double>(wedges.count(), 0.0));
     for (std::size_t b = 0; b < direct.beams(); ++b) {
         std::vector<DirectFlux::Direction> towards = direct.towards(b, box.axial           ? 4
@@ -301,16 +327,20 @@ std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const Tri
             }
             return all > 0.0 ? arrives / all : 0.0;
         };
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, wedges.count(), 64), [&](const auto& range) {
-            for (std::size_t w = range.begin(); w != range.end(); ++w) {
-                double sum = 0.0, area = 0.0;
-                for (const Lookout& out : from[w]) {
-                    sum += out.area * share_at(out);
-                    area += out.area;
+        const auto look = [&](const std::vector<std::vector<Lookout>>& places) {
+            tbb::parallel_for(tbb::blocked_range<std::size_t>(0, wedges.count(), 64), [&](const auto& range) {
+                for (std::size_t w = range.begin(); w != range.end(); ++w) {
+                    double sum = 0.0, area = 0.0;
+                    for (const Lookout& out : places[w]) {
+                        sum += out.area * share_at(out);
+                        area += out.area;
+                    }
+                    if (area > 0.0) open[b][w] = sum / area;
                 }
-                open[b][w] = area > 0.0 ? sum / area : 0.0;
-            }
-        });
+            });
+        };
+        look(from);
+        if (!all && !geometry.straight) look(in_fans(in_half_shadow(wedges, open[b])));
     }
     return open;
 }
