@@ -5,23 +5,10 @@
 #include <limits>
 #include <numbers>
 
+#include "levelset/grid.hpp"
+
 namespace sidewall::levelset {
 namespace {
-
-// phi of a grid between its nodes.
-double between_nodes(const Grid& grid, const Domain& domain, const Vec3& index) {
-    const auto phi = grid.getConstUnsafeAccessor();
-    const Eigen::Vector3i low = index.array().floor().cast<int>();
-    double value = 0.0;
-    for (int corner = 0; corner < 8; ++corner) {
-        const Eigen::Vector3i node = low + Eigen::Vector3i(corner & 1, corner >> 1 & 1, corner >> 2);
-        const Vec3 share = 1.0 - (index - node.cast<double>()).array().abs();
-        value +=
-            share.prod() * static_cast<double>(phi.getValue(
-                               {domain.source_node(0, node.x()), domain.source_node(1, node.y()), node.z()}));
-    }
-    return value;
-}
 
 // The way from the edge of what covers a body to a node, in cells, and the directions across and along the
 // edge.
@@ -73,11 +60,13 @@ std::optional<double> crystal_edge_speed(const MaterialStack& stack, std::span<c
         const double way = inwards.dot(from->way);
         return way > kAlong ? speed_of(-inwards) / way : -std::numeric_limits<double>::infinity();
     };
-    const Vec3 edge = at.node.cast<double>() + at.foot.cast<double>();
+    const double dx = stack.domain.spacing;
+    const Vec3 edge = Vec3(stack.domain.min[0], stack.domain.min[1], 0.0) +
+                      dx * (at.node.cast<double>() + at.foot.cast<double>());
     double off = 0.0;
-    for (const double side : {-1.0, 1.0})
-        off = std::max(off, std::abs(between_nodes(stack.top(), stack.domain, edge + side * from->along)));
-    const bool corner = off > kAtCorner * stack.domain.spacing;
+    for (const double side : {-dx, dx})
+        off = std::max(off, std::abs(distance_at(stack.top(), stack.domain, edge + side * from->along)));
+    const bool corner = off > kAtCorner * dx;
     double last = arrives(from->way);
     for (const Vec3& plane : planes) {
         if (corner || std::abs(plane.dot(from->along)) < kParallel) last = std::max(last, arrives(plane));
