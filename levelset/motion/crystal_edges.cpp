@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "levelset/grid.hpp"
+#include "levelset/openvdb_grid.hpp"
 
 namespace sidewall::levelset {
 namespace {

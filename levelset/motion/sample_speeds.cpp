@@ -92,6 +92,43 @@ void each_sample(const MaterialStack& stack, const Motion& motion, Ask&& ask, Us
     });
 }
 
+// Bodies recede at their edges from the first moment, by V at the normal of the surface there, where it is
+// known, or as a crystal does.
+void set_edges(const MaterialStack& stack, const Motion& motion, double duration, SampleSpeeds& speeds) {
+    using Way = SampleSpeeds::Way;
+    const bool crystal = !motion.law.dissipation.empty();
+    if (motion.law.depends_on_normal && motion.law.normal.empty() && !crystal) return;
+    const std::size_t plain = motion.extension.plain();
+    // Whether what covers a body is etched like it, so that the edge itself goes away.
+    const auto cover_goes = [&](std::size_t k) {
+        constexpr double kLike = 0.5;
+        if (motion.law.normal.empty()) return false;
+        const std::size_t at = motion.extension.nearest[k], body = motion.extension.body[k],
+                          cover = exposed(stack, motion.extension, at);
+        return cover != body &&
+               motion.law.max_etch_rate(at, cover) > kLike * motion.law.max_etch_rate(at, body);
+    };
+    surface::parallel_each(motion.extension.body.size(), 1024, [&](std::size_t k) {
+        const std::size_t n = plain + k, body = motion.extension.body[k];
+        if (body == Extension::kNoBody || cover_goes(k)) return;
+        if (!motion.law.inert.empty() && motion.law.inert[body]) return;
+        const Vec3 normal =
+            motion.law.normal.empty() ? Vec3(Vec3::UnitZ()) : motion.law.normal[n].cast<double>().eval();
+        const std::optional<double> of_edge =
+            crystal ? crystal_edge_speed(
+                          stack, motion.law.planes, motion.extension.samples[n], body,
+                          motion.law.max_etch_rate(n, body),
+                          [&](const Vec3& at) { return speed_from(stack, motion, n, body, at, duration); })
+                    : speed_from(stack, motion, n, body, normal, duration);
+        if (!of_edge) return;
+        const double v = *of_edge;
+        if (v == 0.0) speeds.way[n] = Way::still;
+        if (!(v < 0.0)) return;
+        speeds.first[n] = static_cast<float>(v);
+        speeds.way[n] = Way::as_distance;
+    });
+}
+
 }  // namespace
 
 Vec3 slope_of(const Vec3& normal, const std::function<double(const Vec3&)>& speed_of) {
@@ -167,39 +204,7 @@ SampleSpeeds sample_speeds(const MaterialStack& stack, const Motion& motion, Sch
                 static_cast<double>(
                     (std::abs(speeds.first[n]) * normals[n].cwiseAbs() + speeds.slope[n].cwiseAbs()).sum()));
     }
-    // Bodies recede at their edges from the first moment, by V at the normal of the surface there, where it
-    // is known.
-    const bool crystal = !motion.law.dissipation.empty();
-    if (motion.law.depends_on_normal && motion.law.normal.empty() && !crystal) return speeds;
-    const std::size_t plain = motion.extension.plain();
-    // Whether what covers a body is etched like it, so that the edge itself goes away.
-    const auto cover_goes = [&](std::size_t k) {
-        constexpr double kLike = 0.5;
-        if (motion.law.normal.empty()) return false;
-        const std::size_t at = motion.extension.nearest[k], body = motion.extension.body[k],
-                          cover = exposed(stack, motion.extension, at);
-        return cover != body &&
-               motion.law.max_etch_rate(at, cover) > kLike * motion.law.max_etch_rate(at, body);
-    };
-    surface::parallel_each(motion.extension.body.size(), 1024, [&](std::size_t k) {
-        const std::size_t n = plain + k, body = motion.extension.body[k];
-        if (body == Extension::kNoBody || cover_goes(k)) return;
-        if (!motion.law.inert.empty() && motion.law.inert[body]) return;
-        const Vec3 normal =
-            motion.law.normal.empty() ? Vec3(Vec3::UnitZ()) : motion.law.normal[n].cast<double>().eval();
-        const std::optional<double> of_edge =
-            crystal ? crystal_edge_speed(
-                          stack, motion.law.planes, motion.extension.samples[n], body,
-                          motion.law.max_etch_rate(n, body),
-                          [&](const Vec3& at) { return speed_from(stack, motion, n, body, at, duration); })
-                    : speed_from(stack, motion, n, body, normal, duration);
-        if (!of_edge) return;
-        const double v = *of_edge;
-        if (v == 0.0) speeds.way[n] = Way::still;
-        if (!(v < 0.0)) return;
-        speeds.first[n] = static_cast<float>(v);
-        speeds.way[n] = Way::as_distance;
-    });
+    set_edges(stack, motion, duration, speeds);
     return speeds;
 }
 
