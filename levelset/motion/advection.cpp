@@ -235,8 +235,8 @@ AdvectionSeconds move_level(MaterialStack& stack, MaterialStack* finer,
         grown.emplace(release_exposed(stack, stages.leaves, stages.table, stages.before.data()));
     }
     const tbb::tick_count moved = tbb::tick_count::now();
-    // Schemes for speeds that turn with the normal smear edges over cells, but a beam's: there are no
-    // distances to keep.
+    // The schemes of crystals, and of laws whose normals at the surface are not known, smear edges over
+    // cells: there are no distances to keep.
     const SpeedLaw& law = motions.front()->law;
     const bool smears = law.depends_on_normal && law.normal.empty() && !law.beam_speed;
     const Start is = smears ? Start::function : Start::distance;

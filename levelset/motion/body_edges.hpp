@@ -24,8 +24,8 @@ enum class Below {
 /// reaches the node comes through the node's own body, at that body's rate (Huygens' principle with the other body as an
 /// obstacle). Each of them gets a sample of its own, after all others, and its body in Extension::body.
 ///
-/// \param look_for  Below::edges unless the speed of a front depends on its normal or on a flux that does: the fan of normals at
-///               an edge has other speeds than the surface beside it.
+/// \param look_for  Below::edges where the speed at an edge is that of a face beside it or follows from V(n) there: not where it
+///               comes of averaged or broad fluxes with yields by angle, which the fan of normals at an edge has not.
 /// \note Parallel over leaves, deterministic.
 void find_bodies(const MaterialStack& stack, Extension& extension, Below look_for = Below::edges);
 

@@ -62,8 +62,7 @@ std::optional<double> crystal_edge_speed(const MaterialStack& stack, std::span<c
         return way > kAlong ? speed_of(-inwards) / way : -std::numeric_limits<double>::infinity();
     };
     const double dx = stack.domain.spacing;
-    const Vec3 edge = Vec3(stack.domain.min[0], stack.domain.min[1], 0.0) +
-                      dx * (at.node.cast<double>() + at.foot.cast<double>());
+    const Vec3 edge = surface_point(at, stack.domain);
     double off = 0.0;
     for (const double side : {-dx, dx})
         off = std::max(off, std::abs(distance_at(stack.top(), stack.domain, edge + side * from->along)));

@@ -190,7 +190,7 @@ SampleSpeeds sample_speeds(const MaterialStack& stack, const Motion& motion, Sch
         surface::parallel_each(count, 256, [&](std::size_t n) {
             if (!motion.law.inert.empty() && motion.law.inert[exposed(stack, motion.extension, n)]) return;
             speeds.way[n] = Way::general;
-            if (normals.empty()) return;
+            if (normals.empty() || n >= motion.extension.plain()) return;
             const auto speed_of = [&](const Vec3& normal) {
                 return speed_over(stack, motion, n, normal, duration);
             };

@@ -21,6 +21,14 @@ struct SurfaceSample {
     Eigen::Vector3f foot = Eigen::Vector3f::Zero();  ///< the surface point less the node; index space
 };
 
+/// The surface point of a sample; world.
+inline Vec3 surface_point(const SurfaceSample& sample, const Domain& domain) {
+    const double dx = domain.spacing;
+    return {domain.min[0] + dx * (sample.node.x() + static_cast<double>(sample.foot.x())),
+            domain.min[1] + dx * (sample.node.y() + static_cast<double>(sample.foot.y())),
+            dx * (sample.node.z() + static_cast<double>(sample.foot.z()))};
+}
+
 class SampleIndex;  // levelset/motion/sample_index.hpp
 
 /// The normal extension of the surface's values into the band: every node takes its speed from a surface sample

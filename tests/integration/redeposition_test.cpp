@@ -143,7 +143,11 @@ TEST_CASE("what an ion beam takes out of a trench sticks or escapes, whatever it
     // At edges the front has normals that the traced triangles have not: there are six of them along the
     // trench, and each may be off by a twelfth of a cell's area.
     const app::Recipe recipe = trench(beam);
-    const double cell = recipe.domain.extent[1] * std::pow(recipe.domain.grid_spacing, 2);
-    CHECK(atoms.deposited + atoms.escaped ==
-          Approx(atoms.removed).margin(0.5 * cell * recipe.materials[0].density).epsilon(0));
+    const double cell = recipe.domain.extent[1] * std::pow(recipe.domain.grid_spacing, 2),
+                 balance = atoms.deposited + atoms.escaped;
+    CHECK(balance == Approx(atoms.removed).margin(0.5 * cell * recipe.materials[0].density).epsilon(0));
+    // Where the beam leaves a steady shadow, a third of the others' atoms are removed, beside as many edges.
+    const bool shadow = beam[0] == "step[0].tilt_deg=20";
+    const double share = beam.size() == 2 && beam[1].starts_with("domain") ? 0.01 : 0.015;
+    if (!shadow) CHECK(balance == Approx(atoms.removed).epsilon(share));
 }

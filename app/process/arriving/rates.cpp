@@ -74,14 +74,6 @@ struct SamplePoints {
     }
 };
 
-// The surface point of a sample; world.
-Vec3 position_of(const levelset::SurfaceSample& s, const levelset::Domain& domain) {
-    const double dx = domain.spacing;
-    return {domain.min[0] + dx * (s.node.x() + static_cast<double>(s.foot.x())),
-            domain.min[1] + dx * (s.node.y() + static_cast<double>(s.foot.y())),
-            dx * (s.node.z() + static_cast<double>(s.foot.z()))};
-}
-
 bool is_inert(const Model& model, int material) {
     return !model.hints.inert.empty() && model.hints.inert[static_cast<std::size_t>(material)] != 0;
 }
@@ -118,7 +110,7 @@ std::vector<std::uint8_t> sealed_samples(const levelset::MaterialStack& stack, c
     sealed.resize(extension.samples.size());
     const surface::RayScene scene(surface.raw);
     tbb::parallel_for(std::size_t{0}, sealed.size(), [&](std::size_t n) {
-        const Vec3 foot = position_of(extension.samples[n], domain);
+        const Vec3 foot = levelset::surface_point(extension.samples[n], domain);
         if (const auto nearest = scene.closest_point(foot, domain.spacing))
             sealed[n] = triangles[nearest.triangle];
     });
@@ -178,7 +170,7 @@ SamplePoints sample_points(const Model& model, const levelset::MaterialStack& st
             for (std::size_t b = 0; n >= extension.plain() && !hidden.empty() && b < beams; ++b)
                 if (hidden[(n - extension.plain()) * beams + b] != 0)
                     samples.values[(n + 1) * samples.stride - beams + b] = 0.0;
-            if (model.depends_on_position) samples.positions[n] = position_of(s, stack.domain);
+            if (model.depends_on_position) samples.positions[n] = levelset::surface_point(s, stack.domain);
             if (!model.visibility) continue;
             if (inert_top && extension.top_alone(n)) {  // it has no triangle, nor does anything ask
                 samples.visible[n] = 1;
