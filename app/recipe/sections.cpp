@@ -181,8 +181,8 @@ std::vector<Key> keys_of(FluxSection& flux) {
 std::vector<Key> keys_of(SimplifySection& simplify) {
     return {
         {"method", &simplify.method, "",
-         "what coarsens the surface before its flux is traced; auto: region-bounded where tracing then gains more than it "
-         "costs, judged by the numbers of rays and triangles",
+         "what coarsens the surface before its flux is traced; auto: region-bounded in space where all species are neutrals "
+         "that mostly do not stick and tracing gains more than it costs, else none",
          one_of({"auto", "none", "lindstrom-turk", "region", "region-bounded", "cgal-lindstrom-turk"})},
         {"l0", &simplify.l0, kLength, "edges shorter than this collapse everywhere; 0 leaves features alone",
          kLengthOrAuto},

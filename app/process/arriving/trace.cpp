@@ -119,15 +119,23 @@ struct Tracing {
         trace_once(1, 0.0, request.errors);
     }
 
-    // Trace after trace until the mean change of the coverages is below their tolerance.
+    // Trace after trace until the mean change of the coverages is below their tolerance, or until it is
+    // noise: where a trace to an error takes some rays more or less than the one before, it falls no more.
     void steady() {
         begin_with_carried_coverages();
         const int most = model.coverages.most_iterations;
         const auto settle_from = [&](int traces) {
+            constexpr double kFalls = 0.7;
+            constexpr int kMostStalled = 2;  // traces one after the other
             const int last = traces + most;
+            double least = kInfinity;
+            int stalled = 0;
             do {
                 trace_once(++traces, 0.0, request.errors);
-            } while (traces < last && arriving.trace->coverage_change > model.coverages.tolerance);
+                const double change = arriving.trace->coverage_change;
+                stalled = change < kFalls * least ? 0 : stalled + 1;
+                least = std::min(least, change);
+            } while (traces < last && least > model.coverages.tolerance && stalled < kMostStalled);
             return traces;
         };
         const int traces = settle_from(0);
