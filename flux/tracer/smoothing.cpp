@@ -224,7 +224,7 @@ class TriangleShares {
 }  // namespace
 
 std::vector<double> smoothed_flux(const TriangleMesh& mesh, const Wedges& wedges, const FluxField& wedge_flux,
-                                  std::uint64_t arrivals, double few, double resolution) {
+                                  std::uint64_t arrivals, double resolution) {
     const std::vector<double>& flux = wedge_flux.flux;
     std::vector<Arrivals> triangle(mesh.triangles.size()), own(wedges.count());
     Arrivals total;
@@ -248,8 +248,8 @@ std::vector<double> smoothed_flux(const TriangleMesh& mesh, const Wedges& wedges
             const double variance = wedge_flux.error[w] * wedge_flux.error[w];
             const double own_arrivals =
                 total.arrivals > 0.0 ? static_cast<double>(arrivals) * own[w].arrivals / total.arrivals : 0.0;
-            double share =
-                (small || own_arrivals < few) && variance > 0.0 ? variance / (variance + tau * tau) : 0.0;
+            const bool few = small || own_arrivals < kArrivals;
+            double share = few && variance > 0.0 ? variance / (variance + tau * tau) : 0.0;
             // A wedge that no ray has hit does not know its error. Missed by chance, or in shadow? Among lit
             // ones, chance is taken to be that many times likelier before the hits that did not come count.
             constexpr double kOdds = 100.0;

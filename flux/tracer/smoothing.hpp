@@ -13,7 +13,7 @@ namespace sidewall::flux {
 /// The wedge flux that process models see: noise taken down where few particles arrived, nothing smeared across creases and
 /// material edges where triangles are hit often enough.
 ///
-/// A wedge whose triangles fewer than \p few particles met moves towards the area-weighted mean of the linear flux
+/// A wedge whose triangles fewer than ten particles met moves towards the area-weighted mean of the linear flux
 /// over its own triangles, by the share sigma^2 / (sigma^2 + tau^2): sigma its standard error, tau \p resolution times
 /// the surface's mean flux. Elsewhere the tally stays: the mean flattens fluxes that bend, by 2 to 5 % of the depth
 /// of holes a few cells wide. Where a wedge's triangles are so small that the average flux brings them fewer than ten arrivals, as
@@ -26,7 +26,7 @@ namespace sidewall::flux {
 /// \param arrivals  how many hits the tally holds, for the expectation above.
 /// \note O(n), deterministic.
 std::vector<double> smoothed_flux(const TriangleMesh& mesh, const Wedges& wedges, const FluxField& wedge_flux,
-                                  std::uint64_t arrivals, double few = 10.0, double resolution = 0.02);
+                                  std::uint64_t arrivals, double resolution = 0.02);
 
 /// A flux to be averaged.
 struct Unaveraged {

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "app/process/arriving/radiosity_fluxes.hpp"
-#include "app/recipe/recipe_domain.hpp"
 #include "flux/radiosity/method_choice.hpp"
 #include "flux/revolution.hpp"
 #include "flux/tracer/smoothing.hpp"
@@ -204,9 +203,6 @@ void average(const Recipe& recipe, const TracedSurface& surface,
 // Sets the fluxes that models see. Smoothing is for counted hits: a solved flux has none, and its errors are
 // correlated with its neighbours'.
 void smooth(const Recipe& recipe, const Model& model, const TracedSurface& surface, SurfaceFlux& arriving) {
-    // A front of a line averages over too few neighbours to take down noise by itself.
-    constexpr double kFew = 10.0;
-    const double few = is_flat(recipe.domain) ? kInfinity : kFew;
     constexpr double kBroad = 2.0;  // cos^n sources up to this one are a parabola about the axis
     TraceReport& trace = *arriving.trace;
     arriving.flux.clear();
@@ -223,7 +219,7 @@ void smooth(const Recipe& recipe, const Model& model, const TracedSurface& surfa
                 solved.back() != 0
                     ? wedge.flux
                     : flux::smoothed_flux(surface.flown(), arriving.wedges, wedge,
-                                          whole_arrivals(surface.box, arriving.wedges, result), few));
+                                          whole_arrivals(surface.box, arriving.wedges, result)));
             const bool broad = model.species[s].bins.empty() && model.species[s].source_exponent <= kBroad;
             if (surface.sector && solved.back() == 0 && broad)
                 flux::smooth_about_axis(*surface.sector, arriving.wedges, wedge, arriving.flux.back());
