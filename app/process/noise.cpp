@@ -13,10 +13,10 @@ namespace sidewall::app {
 namespace {
 
 // The standard error of what moves at the worst place over the mean relative error of fluxes at vertices: it
-// is more where little arrives, and less as a front averages over its neighbourhood,
-// which is a line's in a profile. Between seeds, depths and films of quick recipes scattered by up to this,
-// but thin films in profiles by up to 1.5 times, films that close an opening there by 2.4 times, and widths
-// at a depth by up to three times as much.
+// is more where little arrives, and less as a front averages over its neighbourhood, which is a line's in a
+// profile. Between seeds, depths and films of quick recipes scattered by up to this, but thin films in
+// profiles by up to 1.5 times, films that close an opening there by 2.4 times, and widths at a depth by up to
+// three times as much.
 double at_worst_place(const Recipe& recipe) {
     return is_plane_profile(recipe.domain) ? 2.0 : 1.3;
 }

@@ -174,7 +174,7 @@ TracedSurface surface_with_fluxes(const Run& run, const Model& model, const Step
     state.reuse.left = 0;  // a run resumed here traces, too
     if (state.begins_step()) state.methods.clear();
     const TraceRequest request = request_of(run, state.time_step, state.begins_step(), state);
-    simplify(run.recipe, model, state.stack, state.carried, request, surface, state.timing);
+    simplify(run.recipe, model, state.stack, state.carried, request.noise, surface, state.timing);
     trace(run.recipe, model, state.stack, state.carried, request, surface, state.timing);
     if (request.methods.empty() && surface.arriving) {
         state.methods = surface.arriving->trace->methods;

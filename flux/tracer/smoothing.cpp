@@ -240,24 +240,21 @@ std::vector<double> smoothed_flux(const TriangleMesh& mesh, const Wedges& wedges
     const std::vector<Arrivals> around = arrivals_around(mesh, triangle, enough);
 
     const double tau = resolution * total.mean();
+    // Particles that met the surface by flux times area.
+    const double density = total.arrivals > 0.0 ? static_cast<double>(arrivals) / total.arrivals : 0.0;
     std::vector<double> smooth(flux);
     tbb::parallel_for(std::size_t{0}, mesh.vertices.size(), [&](std::size_t v) {
         for (std::uint32_t w = wedges.first[v]; w < wedges.first[v + 1]; ++w) {
             const bool small = own[w].area < enough;
             const double mean = small ? around[v].mean() : own[w].mean();
             const double variance = wedge_flux.error[w] * wedge_flux.error[w];
-            const double own_arrivals =
-                total.arrivals > 0.0 ? static_cast<double>(arrivals) * own[w].arrivals / total.arrivals : 0.0;
-            const bool few = small || own_arrivals < kArrivals;
+            const bool few = small || density * own[w].arrivals < kArrivals;
             double share = few && variance > 0.0 ? variance / (variance + tau * tau) : 0.0;
             // A wedge that no ray has hit does not know its error. Missed by chance, or in shadow? Among lit
             // ones, chance is taken to be that many times likelier before the hits that did not come count.
             constexpr double kOdds = 100.0;
             if (flux[w] == 0.0) {
-                const double hits = total.arrivals > 0.0 ? static_cast<double>(arrivals) * mean *
-                                                               own[w].area / (3.0 * total.arrivals)
-                                                         : 0.0;
-                const double chance = kOdds * std::exp(-hits);
+                const double chance = kOdds * std::exp(-density * mean * own[w].area / 3.0);
                 share = chance / (1.0 + chance);
             }
             smooth[w] += share * (mean - flux[w]);

@@ -119,21 +119,21 @@ struct Tracing {
         trace_once(1, 0.0, request.errors);
     }
 
-    // Trace after trace until the mean change of the coverages is below their tolerance, or until it is
-    // noise: where a trace to an error takes some rays more or less than the one before, it falls no more.
+    // Trace after trace until the mean change of the coverages is below their tolerance, or two traces in
+    // turn bring no smaller one: what is left is noise, as where a trace to an error takes some rays more or
+    // less than the one before.
     void steady() {
         begin_with_carried_coverages();
         const int most = model.coverages.most_iterations;
         const auto settle_from = [&](int traces) {
-            constexpr double kFalls = 0.7;
-            constexpr int kMostStalled = 2;  // traces one after the other
+            constexpr int kMostStalled = 2;
             const int last = traces + most;
             double least = kInfinity;
             int stalled = 0;
             do {
                 trace_once(++traces, 0.0, request.errors);
                 const double change = arriving.trace->coverage_change;
-                stalled = change < kFalls * least ? 0 : stalled + 1;
+                stalled = change < least ? 0 : stalled + 1;
                 least = std::min(least, change);
             } while (traces < last && least > model.coverages.tolerance && stalled < kMostStalled);
             return traces;
@@ -219,7 +219,7 @@ void trace(const Recipe& recipe, const Model& model, const levelset::MaterialSta
 TracedSurface trace_surface(const Recipe& recipe, const Model& model, const levelset::MaterialStack& stack,
                             const SurfaceField& carried, const TraceRequest& request, Timing& timing) {
     TracedSurface surface = extract(stack, request.time, timing);
-    simplify(recipe, model, stack, carried, request, surface, timing);
+    simplify(recipe, model, stack, carried, request.noise, surface, timing);
     trace(recipe, model, stack, carried, request, surface, timing);
     return surface;
 }

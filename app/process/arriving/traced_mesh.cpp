@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "app/recipe/recipe_domain.hpp"
-#include "app/recipe/step_model.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "levelset/meshes/grid_curvature.hpp"
 #include "simplify/simplify.hpp"
@@ -141,7 +140,7 @@ TracedSurface extract(const levelset::MaterialStack& stack, double time, Timing&
     return surface;
 }
 
-bool coarsens(const Recipe& recipe, const Model& model, std::size_t triangles, const TraceRequest& request) {
+bool coarsens(const Recipe& recipe, const Model& model, std::size_t triangles, std::optional<double> noise) {
     if (recipe.simplify.method != "auto") return recipe.simplify.method != "none";
     // Longer elements flatten what varies over few cells: etched holes became 1 to 7 % less deep, whatever
     // the rays, and a line has few elements as it is.
@@ -150,7 +149,7 @@ bool coarsens(const Recipe& recipe, const Model& model, std::size_t triangles, c
     // On the surface as extracted the square of the relative error is about this times triangles over rays; a
     // trace to an error begins with flux::first_round rays at least.
     constexpr double kErrorOfRay = 0.12;
-    if (const auto target = request.noise ? request.noise : recipe.flux.relative_error)
+    if (const auto target = noise ? noise : recipe.flux.relative_error)
         return kErrorOfRay * n / (*target * *target) > static_cast<double>(flux::first_round(triangles));
     // To an equal error a coarsened mesh takes a quarter of the rays or less, which spares about 0.5
     // microseconds a ray; coarsening takes 4 a triangle.
@@ -160,9 +159,9 @@ bool coarsens(const Recipe& recipe, const Model& model, std::size_t triangles, c
 }
 
 void simplify(const Recipe& recipe, const Model& model, const levelset::MaterialStack& stack,
-              const SurfaceField& carried, const TraceRequest& request, TracedSurface& surface,
+              const SurfaceField& carried, std::optional<double> noise, TracedSurface& surface,
               Timing& timing) {
-    if (model.species.empty() || !coarsens(recipe, model, surface.raw.triangles.size(), request)) return;
+    if (model.species.empty() || !coarsens(recipe, model, surface.raw.triangles.size(), noise)) return;
     const double spacing = stack.domain.spacing;
     simplify::Options options = simplify_options(recipe.simplify, spacing);
     std::vector<std::uint8_t> features;

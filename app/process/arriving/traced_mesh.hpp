@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <vector>
 
 #include "app/common/timing.hpp"
@@ -24,17 +25,17 @@ TracedSurface extract(const levelset::MaterialStack& stack, double time, Timing&
 /// where rays are so many for its triangles that the fewer ones which a coarsened mesh needs to an equal error spare more
 /// time than it takes to make it, and only in space where all species are neutrals that mostly do not stick: coarser elements
 /// flatten fluxes that vary over few cells.
-/// \param request  its noise.
-bool coarsens(const Recipe& recipe, const Model& model, std::size_t triangles, const TraceRequest& request);
+/// \param noise  see TraceRequest.
+bool coarsens(const Recipe& recipe, const Model& model, std::size_t triangles, std::optional<double> noise);
 
 /// Sets the mesh that is traced in place of the surface as extracted, if [simplify] coarsens it and the model traces
 /// anything. Vertices on periodic sides stay, so that a particle that
 /// leaves through one finds the same surface on the opposite one, and so do those on sharp edges.
 /// \param stack    that \p surface was extracted from.
-/// \param request  its noise.
+/// \param noise    see TraceRequest.
 /// \param carried  how steeply the fluxes of the time step before vary, see kFluxGradient.
 void simplify(const Recipe& recipe, const Model& model, const levelset::MaterialStack& stack,
-              const SurfaceField& carried, const TraceRequest& request, TracedSurface& surface,
+              const SurfaceField& carried, std::optional<double> noise, TracedSurface& surface,
               Timing& timing);
 
 /// Longest edges, by vertex of \p mesh, along which no flux of the time step before changes by more than \p change

@@ -140,8 +140,7 @@ Pilot trace_pilot(const PilotRequest& e, const Model& model) {
         probe.flux.method = is_plane_profile(probe.domain) ? "radiosity" : "monte-carlo";
     if (probe.simplify.method == "auto") {
         const auto triangles = static_cast<double>(levelset::extract_surface(e.stack).triangles.size());
-        const bool coarse =
-            coarsens(e.recipe, model, static_cast<std::size_t>(e.cells * triangles), {.noise = e.noise});
+        const bool coarse = coarsens(e.recipe, model, static_cast<std::size_t>(e.cells * triangles), e.noise);
         probe.simplify.method = coarse ? "region-bounded" : "none";
     }
     surface = traced_if_enough(e, model, probe, {}, {.settle = true}, most, first);
