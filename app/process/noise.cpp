@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "app/process/endpoint.hpp"
 #include "app/process/estimate/blanket.hpp"
 #include "app/process/time_step.hpp"
 #include "app/recipe/recipe_domain.hpp"
@@ -59,6 +60,25 @@ std::vector<std::optional<double>> noise_of_time_steps(const Recipe& recipe, con
     return noise;
 }
 
+std::optional<double> noise_allowed(const Recipe& recipe, const std::vector<Step>& steps,
+                                    std::optional<double> foreseen, const RunState& state) {
+    if (!foreseen || !recipe.flux.by_accuracy() || state.step >= steps.size()) return foreseen;
+    const Step& step = steps[state.step];
+    StepNoise known = state.noise;
+    for (std::size_t k = std::min(state.step, state.history.ends.size()); k-- > 0 && known.dt == 0.0;)
+        if (steps[k].built == step.built) known.dt = state.history.ends[k].noise.dt;
+    const double left = step_end(step, state) - state.time, whole = known.time + left;
+    if (has_stop(step) || !(known.dt > 0.0 && left > 0.0)) return foreseen;
+    const auto passes = static_cast<double>(std::ranges::count(steps, step.built, &Step::built));
+    const double share = recipe.flux.accuracy / at_worst_place(recipe),
+                 equal = share * std::sqrt(passes * whole / known.dt),
+                 squares_left = passes * share * share * whole * whole - known.squares;
+    // Traces that were noisier than asked for are not made up for at any price.
+    constexpr double kLeastShare = 0.7;
+    const double rest = std::sqrt(std::max(0.0, squares_left) / (known.dt * left));
+    return std::min(kLargest, std::max(rest, kLeastShare * equal));
+}
+
 void add_noise(const TraceReport& trace, double dt, StepNoise& noise) {
     double worst = 0.0;
     for (const flux::FluxResult& flux : trace.species) {
@@ -70,6 +90,7 @@ void add_noise(const TraceReport& trace, double dt, StepNoise& noise) {
     }
     noise.squares += std::pow(worst * dt, 2.0);
     noise.time += dt;
+    noise.dt = dt;
 }
 
 std::optional<double> noise_reached(const Recipe& recipe, const std::vector<Step>& steps,

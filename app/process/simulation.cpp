@@ -141,7 +141,8 @@ TraceRequest request_of(const Run& run, std::uint32_t key, bool settle, const Ru
             .progress = [&](double part) { run.update(state, fmt::format("tracing {:.0f} %", 100 * part)); },
             .time = time_in_step(run, state),
             .stop = run.options.stop,
-            .noise = run.noise[std::min(state.step, run.noise.size() - 1)],
+            .noise = noise_allowed(run.recipe, run.steps,
+                                   run.noise[std::min(state.step, run.noise.size() - 1)], state),
             .methods = state.methods,
             .shares = run.options.shares,
             .warn = run.options.warn};

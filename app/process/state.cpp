@@ -46,7 +46,7 @@ namespace sidewall::app {
 // What checkpoints hold, every bit kept.
 SIDEWALL_JSON(Measure, name, value, unit)
 SIDEWALL_JSON(Event, kind, time, step, material, count, volume, at)
-SIDEWALL_JSON(StepNoise, squares, time)
+SIDEWALL_JSON(StepNoise, squares, time, dt)
 SIDEWALL_JSON(StepEnd, duration, stopped_by, grown, time, has_stop, endpoint, over_etch, endpoint_bare, bare,
               measures, noise)
 SIDEWALL_JSON(History, initial, most, added, removed, layer_materials, layer_volumes, present, hanging, voids,

@@ -36,6 +36,7 @@ inline constexpr const char* kDuration = "duration";  ///< what ends a step that
 struct StepNoise {
     double squares = 0.0;  ///< sum of (relative error times time)^2
     double time = 0.0;     ///< sum of times
+    double dt = 0.0;       ///< of the last of them
 };
 
 /// How a step of the recipe ended.

@@ -3,6 +3,10 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "app/process/endpoint.hpp"
+#include "app/process/wafer.hpp"
+#include "app/recipe/recipe.hpp"
+
 using namespace sidewall;
 using namespace sidewall::app;
 
@@ -20,4 +24,40 @@ TEST_CASE(
     add_noise(trace, 2.0, noise);
     CHECK(noise.squares == Approx(0.02 * 0.02 + 0.12 * 0.12));
     CHECK(noise.time == 3.0);
+}
+
+TEST_CASE(
+    "the noise allowed in a time step leaves the step with the accuracy asked for, however long its time steps are") {
+    const Recipe recipe = load_recipe(SIDEWALL_SOURCE_DIR "/configs/quick/trench_profile.toml",
+                                      {"flux.rays=0", "flux.accuracy=0.01"});
+    const std::vector<Step> steps = expanded_steps(recipe);
+    const double most = noise_of_time_steps(recipe, steps).front().value();
+    // More time steps than on an open wafer, fewer, and those of a front that slows down, whose last ones are
+    // longer than foreseen.
+    for (const auto& dt :
+         {std::vector(20, 0.1), std::vector(10, 0.2), std::vector{0.1, 0.1, 0.2, 0.2, 0.4, 0.4, 0.6}}) {
+        RunState state = initial_state(recipe);
+        for (const double own : dt) {
+            TraceReport trace;
+            trace.species.resize(1);
+            trace.species[0].relative_error = *noise_allowed(recipe, steps, most, state);
+            add_noise(trace, own, state.noise);
+            state.advance(own, step_end(steps[0], state));
+        }
+        state.history.ends.push_back({.noise = state.noise});
+        CHECK(*noise_reached(recipe, steps, state.history.ends) == Approx(0.01).epsilon(0.07));
+    }
+}
+
+TEST_CASE("a step with a stop condition, or without a time step yet, gets the noise that was foreseen") {
+    const auto allowed = [](const std::vector<std::string>& overrides, double dt) {
+        const Recipe recipe =
+            load_recipe(SIDEWALL_SOURCE_DIR "/configs/quick/trench_profile.toml", overrides);
+        RunState state = initial_state(recipe);
+        state.noise.dt = dt;
+        return *noise_allowed(recipe, expanded_steps(recipe), 0.025, state);
+    };
+    CHECK(allowed({"flux.rays=0"}, 0.0) == 0.025);
+    CHECK(allowed({"flux.rays=0"}, 0.01) != 0.025);
+    CHECK(allowed({"flux.rays=0", "step[0].stop_depth=1"}, 0.01) == 0.025);
 }
