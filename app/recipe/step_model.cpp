@@ -47,7 +47,7 @@ void refuse_not_round(const Step& step, const Model& model, const DomainSection&
     for (const auto& direction : {model.visibility, model.beam})
         if (direction && !direction->head<2>().isZero(1e-12))
             raise_key("direction",
-                      "is not the same all around the axis of a round wafer: use [0, 0, -1], or {}", instead);
+                      "is not the same all around the axis of a round wafer: use [0, 0, 1], or {}", instead);
     if (!model.coverages.diffusing.empty())
         raise_key("diffusion", "is not known on a round wafer: {}", instead);
 }

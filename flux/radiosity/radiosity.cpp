@@ -67,10 +67,12 @@ Values difference(const Values& one, const Values& other) {
     return d;
 }
 
+// Mean error over the mean flux of the vertices whose flux depends on rays. Open planes, which exchange
+// nothing, have none and would hide that of a hole beside them.
 double statistical_error(const Wedges& wedges, const FluxField& vertex) {
     double error = 0.0, flux = 0.0;
     for (std::size_t v = 0; v < vertex.flux.size(); ++v)
-        for (std::uint32_t w = wedges.first[v]; w < wedges.first[v + 1]; ++w) {
+        for (std::uint32_t w = wedges.first[v]; w < wedges.first[v + 1] && vertex.error[v] > 0.0; ++w) {
             error += wedges.area[w] * vertex.error[v];
             flux += wedges.area[w] * vertex.flux[v];
         }
