@@ -61,7 +61,10 @@ std::vector<std::optional<double>> noise_of_time_steps(const Recipe& recipe, con
 }
 
 std::optional<double> noise_allowed(const Recipe& recipe, const std::vector<Step>& steps,
-                                    std::optional<double> foreseen, const RunState& state) {
+                                    const std::vector<std::optional<double>>& by_step,
+                                    const RunState& state) {
+    if (by_step.empty()) return {};
+    const std::optional<double> foreseen = by_step[std::min(state.step, by_step.size() - 1)];
     if (!foreseen || !recipe.flux.by_accuracy() || state.step >= steps.size()) return foreseen;
     const Step& step = steps[state.step];
     StepNoise known = state.noise;

@@ -29,7 +29,8 @@ std::vector<std::optional<double>> noise_of_time_steps(const Recipe& recipe, con
 /// \param steps  of the run, loops unrolled.
 /// \note From the state alone: a run that goes on from a checkpoint traces as if it had not been interrupted.
 std::optional<double> noise_allowed(const Recipe& recipe, const std::vector<Step>& steps,
-                                    std::optional<double> foreseen, const RunState& state);
+                                    const std::vector<std::optional<double>>& foreseen,
+                                    const RunState& state);
 
 /// Adds the noise of a time step of \p dt to that of its step.
 void add_noise(const TraceReport& trace, double dt, StepNoise& noise);

@@ -141,8 +141,7 @@ TraceRequest request_of(const Run& run, std::uint32_t key, bool settle, const Ru
             .progress = [&](double part) { run.update(state, fmt::format("tracing {:.0f} %", 100 * part)); },
             .time = time_in_step(run, state),
             .stop = run.options.stop,
-            .noise = noise_allowed(run.recipe, run.steps,
-                                   run.noise[std::min(state.step, run.noise.size() - 1)], state),
+            .noise = noise_allowed(run.recipe, run.steps, run.noise, state),
             .methods = state.methods,
             .shares = run.options.shares,
             .warn = run.options.warn};

@@ -7,14 +7,15 @@
 
 namespace sidewall::levelset {
 
-/// Beyond any wafer.
+/// A length beyond most wafers.
 inline constexpr double kFar = 1e5;
 
-/// Where shapes that go on for ever end: beyond any wafer, and small enough for the grid spacing beside it, as lengths
+/// Where unbounded shapes end: beyond the wafer's sides, and small enough for the grid spacing beside it, as lengths
 /// may be in m.
 inline double far_away(const Domain& domain) {
-    constexpr double kCells = 1e6;
-    return std::min(kFar, kCells * domain.spacing);
+    constexpr double kCells = 1e6, kWafers = 4.0;
+    const double across = domain.max[0] - domain.min[0] + domain.max[1] - domain.min[1];
+    return std::max(std::min(kFar, kCells * domain.spacing), kWafers * across);
 }
 
 /// A shape as a function: negative inside, 1-Lipschitz, zero exactly on the surface.

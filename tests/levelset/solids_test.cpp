@@ -161,6 +161,19 @@ TEST_CASE("a parabola turned about the axis, or drawn out along y, has its volum
               .margin(tolerance(40 * 50, 40 * 50, 0.5 * radius * radius / height, 80)));
 }
 
+TEST_CASE("a trench goes through a wafer of any size, in whatever unit lengths are") {
+    for (const double spacing : {1e-9, 1.0, 1e4}) {
+        const Domain domain =
+            make_domain({60.0 * spacing, 60.0 * spacing}, spacing, {Side::reflective, Side::reflective});
+        Shape trench = shape(ShapeKind::trench);
+        trench.width = 6.0 * spacing, trench.depth = 5.0 * spacing;
+        const TriangleMesh mesh = extract_surface(make_stack(domain, {{0, trench}}), 0);
+        double flat = 0.0;
+        for (std::size_t t = 0; t < mesh.triangles.size(); ++t) flat += area_vector(mesh, t).z();
+        CHECK(flat == Approx(2.0 * 3600.0 * spacing * spacing));
+    }
+}
+
 TEST_CASE("an outline that runs along its axis of revolution has no wall there") {
     Shape ball = shape(ShapeKind::profile);
     const double r = 9.3;

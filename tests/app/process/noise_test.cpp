@@ -31,7 +31,7 @@ TEST_CASE(
     const Recipe recipe = load_recipe(SIDEWALL_SOURCE_DIR "/configs/quick/trench_profile.toml",
                                       {"flux.rays=0", "flux.accuracy=0.01"});
     const std::vector<Step> steps = expanded_steps(recipe);
-    const double most = noise_of_time_steps(recipe, steps).front().value();
+    const auto foreseen = noise_of_time_steps(recipe, steps);
     // More time steps than on an open wafer, fewer, and those of a front that slows down, whose last ones are
     // longer than foreseen.
     for (const auto& dt :
@@ -40,7 +40,7 @@ TEST_CASE(
         for (const double own : dt) {
             TraceReport trace;
             trace.species.resize(1);
-            trace.species[0].relative_error = *noise_allowed(recipe, steps, most, state);
+            trace.species[0].relative_error = *noise_allowed(recipe, steps, foreseen, state);
             add_noise(trace, own, state.noise);
             state.advance(own, step_end(steps[0], state));
         }
@@ -55,7 +55,7 @@ TEST_CASE("a step with a stop condition, or without a time step yet, gets the no
             load_recipe(SIDEWALL_SOURCE_DIR "/configs/quick/trench_profile.toml", overrides);
         RunState state = initial_state(recipe);
         state.noise.dt = dt;
-        return *noise_allowed(recipe, expanded_steps(recipe), 0.025, state);
+        return *noise_allowed(recipe, expanded_steps(recipe), {0.025}, state);
     };
     CHECK(allowed({"flux.rays=0"}, 0.0) == 0.025);
     CHECK(allowed({"flux.rays=0"}, 0.01) != 0.025);
