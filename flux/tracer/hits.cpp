@@ -309,8 +309,10 @@ void react_ions(const Trace& trace, Bundle& bundle, Worker& w, const Event& even
         Stream random(trace.key, {ray, event.batch, event.bounce, event.generation});
         const std::uint32_t roulette = random.next();
         // Sputter.
-        if (species.redeposition)
+        if (species.redeposition) {
+            hit.theta = std::acos(hit.cosine);
             sputter(trace, hit, weight, triangle, ray, random, w.secondaries, *bundle.counts);
+        }
         // Stick, or reflect with what energy is left.
         double reflected = 0.0;
         if (!(hit.cosine > reflects_below)) {

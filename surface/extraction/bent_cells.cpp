@@ -71,15 +71,20 @@ std::vector<BentCell> bent_cells(const CutLeaves& leaves, const LateralGrid& box
             for (const std::size_t part : leaves.parts(n, [](std::size_t k) { return k + 1; }))
                 if (part > 0) read[part - 1] = 1;
     const auto bent = std::make_unique_for_overwrite<NodeBits[]>(count);
+    std::vector<std::uint8_t> any(count, 0);  // by leaf: some node is bent
     parallel_each(count, 16, [&](std::size_t n) {
-        if (read[n] != 0) bent[n] = bent_nodes(leaves, box, n);
+        if (read[n] == 0) return;
+        bent[n] = bent_nodes(leaves, box, n);
+        any[n] = std::ranges::any_of(bent[n], [](std::uint8_t row) { return row != 0; });
     });
     const auto& table = marching_cubes_table();
     std::vector<std::vector<BentCell>> by_leaf(count);
     parallel_each(count, 4, [&](std::size_t n) {
         if (leaves.edges(n).triangles == 0) return;
+        const auto part = leaves.parts(
+            n, [&](std::size_t k) -> const NodeBits* { return any[k] != 0 ? &bent[k] : nullptr; });
+        if (std::ranges::all_of(part, [](const NodeBits* bits) { return bits == nullptr; })) return;
         RowBits rows;
-        const auto part = leaves.parts(n, [&](std::size_t k) -> const NodeBits* { return &bent[k]; });
         rows.load([&](std::size_t p) { return part[p]; });
         std::uint32_t triangle = leaves.edges(n).first_triangle;
         leaves.each_cell(n, leaves.signs(n), [&](int x, int y, int z, std::size_t pattern) {

@@ -1,6 +1,9 @@
 #include "surface/extraction/bent_nodes.hpp"
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <tuple>
+#include <utility>
 
 #include "surface/extraction/crossing_planes.hpp"
 
@@ -12,6 +15,7 @@ constexpr float kFar = 2.0f;  // cells: no corner of a cell that the surface cut
 
 using Row = Eigen::Array<float, 8, 1>;  // of nodes along z
 using RowMap = Eigen::Map<const Row>;
+using RowMutable = Eigen::Map<Row>;
 
 // The rows of a leaf and those across its faces, of own nodes and of those that repeat the low side of a
 // periodic axis.
@@ -46,19 +50,13 @@ class LeafRows {
         const float* leaf = is_own ? own_ : beside_[axis][way];
         return leaf ? Row(RowMap(leaf + ((c[0] & 7) << 6 | (c[1] & 7) << 3))) : at(x, y);
     }
-    /// The second difference along z.
-    Row along_z(int x, int y) const {
+    /// The values below and above a row; its own first and last one where these are not known.
+    std::pair<float, float> ends(int x, int y) const {
         const Row row = at(x, y);
-        float v[10];
-        for (int z = 0; z < 8; ++z) v[z + 1] = row[z];
-        if (repeats(x, y)) {
-            v[0] = source(x, y, -1, Row::Constant(row[0]))[7];
-            v[9] = source(x, y, 1, Row::Constant(row[7]))[0];
-        } else {
-            v[0] = beside_[2][0] ? beside_[2][0][(x << 6 | y << 3) + 7] : v[1];
-            v[9] = beside_[2][1] ? beside_[2][1][x << 6 | y << 3] : v[8];
-        }
-        return RowMap(v) + RowMap(v + 2) - 2.0f * RowMap(v + 1);
+        if (repeats(x, y))
+            return {source(x, y, -1, Row::Constant(row[0]))[7], source(x, y, 1, Row::Constant(row[7]))[0]};
+        return {beside_[2][0] ? beside_[2][0][(x << 6 | y << 3) + 7] : row[0],
+                beside_[2][1] ? beside_[2][1][x << 6 | y << 3] : row[7]};
     }
 
   private:
@@ -90,21 +88,48 @@ class LeafRows {
 
 NodeBits bent_nodes(const CutLeaves& leaves, const LateralGrid& box, std::size_t n) {
     const LeafRows rows(leaves, box, n);
-    const float limit = kBend * static_cast<float>(box.spacing);
-    NodeBits bent{};
+    const float limit = kBend * static_cast<float>(box.spacing), far = kFar * static_cast<float>(box.spacing);
     const openvdb::Coord o = leaves.leaf(n).origin();
-    for (int x = 0; x < 8 && o.x() + x <= box.cells[0]; ++x)
-        for (int y = 0; y < 8 && o.y() + y <= box.cells[1]; ++y) {
-            const Row row = rows.at(x, y), twice = 2.0f * row;
-            if (row.abs().minCoeff() > kFar * static_cast<float>(box.spacing)) continue;
-            const Row along_x = rows.next(x, y, 0, 0) + rows.next(x, y, 0, 1) - twice,
-                      along_y = rows.next(x, y, 1, 0) + rows.next(x, y, 1, 1) - twice;
-            const Row bend = along_x.abs().max(along_y.abs()).max(rows.along_z(x, y).abs());
-            if (!(bend.maxCoeff() > limit)) continue;
+    const int last_x = std::min(7, box.cells[0] - o.x()), last_y = std::min(7, box.cells[1] - o.y());
+    // The leaf's nodes in the domain and one more on each side, copied once.
+    constexpr int kZ = 4;  // place of z = 0 in a row, aligned
+    alignas(32) float value[10][10][8 + 2 * kZ];
+    const auto put = [&](int x, int y, const Row& row) {
+        RowMutable to(&value[x + 1][y + 1][kZ]);
+        to = row;
+    };
+    for (int x = 0; x <= last_x; ++x)
+        for (int y = 0; y <= last_y; ++y) {
+            put(x, y, rows.at(x, y));
+            std::tie(value[x + 1][y + 1][kZ - 1], value[x + 1][y + 1][kZ + 8]) = rows.ends(x, y);
+        }
+    for (int y = 0; y <= last_y; ++y)
+        put(-1, y, rows.next(0, y, 0, 0)), put(last_x + 1, y, rows.next(last_x, y, 0, 1));
+    for (int x = 0; x <= last_x; ++x)
+        put(x, -1, rows.next(x, 0, 1, 0)), put(x, last_y + 1, rows.next(x, last_y, 1, 1));
+    NodeBits bent{};
+    for (int x = 0; x <= last_x; ++x) {
+        // Above 0 where the surface bends and is near enough for a corner of a cell that it cuts.
+        Row excess[8], most = Row::Constant(-1.0f);
+        for (int y = 0; y <= last_y; ++y) {
+            const auto row = [&](int i, int j, int k) {
+                return RowMap(&value[x + 1 + i][y + 1 + j][kZ + k]);
+            };
+            const Row own = row(0, 0, 0), twice = 2.0f * own;
+            const Row along_x = row(-1, 0, 0) + row(1, 0, 0) - twice,
+                      along_y = row(0, -1, 0) + row(0, 1, 0) - twice,
+                      along_z = row(0, 0, -1) + row(0, 0, 1) - twice;
+            const Row bend = along_x.abs().max(along_y.abs()).max(along_z.abs());
+            excess[y] = (bend - limit).min(far - own.abs());
+            most = most.max(excess[y]);
+        }
+        if (!(most.maxCoeff() > 0.0f)) continue;
+        for (int y = 0; y <= last_y; ++y) {
             unsigned bits = 0;
-            for (int z = 0; z < 8; ++z) bits |= static_cast<unsigned>(bend[z] > limit) << z;
+            for (int z = 0; z < 8; ++z) bits |= static_cast<unsigned>(excess[y][z] > 0.0f) << z;
             bent[static_cast<std::size_t>(x << 3 | y)] = static_cast<std::uint8_t>(bits);
         }
+    }
     return bent;
 }
 

@@ -248,6 +248,7 @@ void write_fans(const std::vector<Fan>& fans, const SharpVertices& sharp, std::v
 SharpVertices add_sharp_edges(const CutLeaves& leaves, const LateralGrid& box, SharpEdges which,
                               TriangleMesh& mesh) {
     std::vector<BentCell> cells = bent_cells(leaves, box);
+    if (cells.empty()) return {leaves.vertices(), {}};
     const Crossings crossings = find_crossings(leaves, box, cells);
     std::vector<Fan> fans = find_fans(leaves, box, cells, crossings, which);
     SharpVertices sharp{static_cast<std::uint32_t>(mesh.vertices.size()), {}};

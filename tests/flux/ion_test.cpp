@@ -353,6 +353,17 @@ TEST_CASE("what a hit sputters along the mirrored direction crosses the groove, 
           2e-3 * static_cast<double>(result.redeposited.emitted));
 }
 
+TEST_CASE("what a hit sputters starts within the cone of the ion's incidence") {
+    // On walls 60 degrees steep a cone is 30 degrees wide about a direction 30 degrees below the horizontal:
+    // nothing goes up.
+    Species beam = parallel_beam(0.0);
+    beam.redeposition = Redeposition{{"out", Angular::none, 0.0, {0.8}, {}}, Reemission::coned, {1.0}};
+    const auto result = trace(v_groove(60.0 * kDegree), kPeriodic, beam, {.rays = 100'000});
+    check_balance(result);
+    CHECK(static_cast<double>(result.redeposited.escaped) <
+          2e-3 * static_cast<double>(result.redeposited.emitted));
+}
+
 TEST_CASE("what a trench's floor sputters diffusely arrives as exact view factors and radiosity say") {
     constexpr double kDepth = 1.5, kYield = 0.7;
     const double sticking = GENERATE(1.0, 0.4);
