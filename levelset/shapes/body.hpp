@@ -7,11 +7,11 @@
 
 namespace sidewall::levelset {
 
-/// Beyond any wafer.
+/// A length beyond any wafer, world units.
 inline constexpr double kFar = 1e5;
 
-/// Where shapes that go on for ever end: beyond any wafer, and small enough for the grid spacing beside it, as lengths
-/// may be in m.
+/// Where unbounded shapes end: beyond any wafer, but at most 1e6 grid spacings away, for precision, as
+/// lengths may be in m.
 inline double far_away(const Domain& domain) {
     constexpr double kCells = 1e6;
     return std::min(kFar, kCells * domain.spacing);
@@ -21,7 +21,7 @@ inline double far_away(const Domain& domain) {
 struct Body {
     std::function<double(const Vec3&)> distance;  ///< world point to world units; safe to call in parallel
     double low = 0.0, high = 0.0;                 ///< z range of the surface
-    bool closed = false;                          ///< it ends below and may touch other bodies there
+    bool closed = false;                          ///< bounded below, where it may touch other bodies
 };
 
 }  // namespace sidewall::levelset
