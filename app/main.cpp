@@ -2,8 +2,8 @@
 
 namespace {
 
-// Runs before the libraries' own initialisers: that of logging in OpenVDB's starts threads, and throws if it
-// may not.
+// Calls end_by_message() before the static initialisers of the libraries. That of OpenVDB's logging starts
+// threads, and throws if the system refuses them.
 [[gnu::section(".preinit_array"),
   gnu::used]] void (*const before_libraries)() = sidewall::app::end_by_message;
 

@@ -17,15 +17,16 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kLeastExponent = 10.0, kWidestBin = 45.0 * kPi / 180.0;
-constexpr std::size_t kAngles = 181;   // of the table, at equal steps of sin(polar angle / 2)
-constexpr std::size_t kAzimuths = 13;  // from 0 to pi, of tilted beams
-constexpr std::size_t kBeams = 16;     // of a source that turns
-// Samples of a beam. A round wafer has few places to look from, and its figures are those places' alone.
+constexpr std::size_t kAngles = 181;   // table entries at equal steps of sin(polar angle / 2)
+constexpr std::size_t kAzimuths = 13;  // table entries from 0 to pi, for tilted beams
+constexpr std::size_t kBeams = 16;     // for a tilted source over a rotating wafer
+// Sample directions of a beam. A surface of revolution needs more: its shares come from few points, and on
+// its axis all directions of one polar angle give the same answer.
 constexpr std::size_t kDirections = 256, kRoundDirections = 1024;
-// Grazing directions cross a horizontal plane in ever smaller numbers a solid angle: 1 / (-d . z) is bounded.
+// Lower bound of -d . z in the weight 1 / (-d . z), which diverges at grazing directions.
 constexpr double kLeastRise = 1e-2;
 
-// A direction of the source, towards it, with the mean energy factor of each yield.
+// A direction towards the source, with the mean energy factor of each yield.
 struct SourceSample {
     Vec3 towards;
     double weight;
@@ -38,15 +39,15 @@ Vec3 turned(const Vec3& v, double angle) {
     return {c * v.x() - s * v.y(), s * v.x() + c * v.y(), v.z()};
 }
 
-// Directions of one beam of the species' source whose axis has azimuth 0, upward flights left out: each
-// beside its mirror images, so that symmetric surfaces get the same.
-// \param spread  of azimuths that the beam stands for.
+// Sample directions of one beam whose axis has azimuth 0, without upward flights. Each is followed by its
+// mirror images, so that symmetric surfaces get symmetric fluxes.
+// \param spread  range of azimuths (radian) that the beam represents.
 std::vector<SourceSample> source_samples(const Species& species, const Vec3& axis, double spread,
                                          std::size_t images, std::size_t count) {
     constexpr double kGolden = 0.6180339887498949;
     std::vector<SourceSample> samples;
     std::size_t n = 0;
-    // \param draw  the direction at a number from 0 to 1 around the axis.
+    // \param draw  gives the direction for an azimuth about the axis, as a number from 0 to 1.
     const auto add = [&](double weight, const std::vector<double>& energetic, auto&& draw) {
         const double around = std::fmod(kGolden * static_cast<double>(++n), 1.0);
         const Vec3 towards = -turned(draw(around), spread * (std::fmod(16.0 * around, 1.0) - 0.5));
@@ -87,14 +88,14 @@ std::vector<SourceSample> source_samples(const Species& species, const Vec3& axi
     return samples;
 }
 
-// A place off the surface from which a wedge looks for the source, with the normal of its triangle and the
-// area that it stands for.
+// A point a skin off the surface from which rays test the visibility of the source, with its triangle's
+// normal and the area that it represents.
 struct Lookout {
     Vec3 point = Vec3::Zero(), normal = Vec3::Zero();
     double area = 0.0;
 };
 
-// The lookout in corner \p k of triangle \p t, so far of the way from the vertex to the triangle's middle.
+// The lookout near corner \p k of triangle \p t, moved from it towards the centroid by the share \p inside.
 Lookout lookout_at(const TriangleMesh& mesh, const LateralBox& box, double skin, std::size_t t, std::size_t k,
                    double inside) {
     const Vec3 twice = area_vector(mesh, t), normal = twice.normalized();
@@ -110,8 +111,8 @@ Lookout lookout_at(const TriangleMesh& mesh, const LateralBox& box, double skin,
     return out;
 }
 
-// The lookouts of a wedge in every triangle of its fan, in the middle of what the wedge's share of a linear
-// flux is there. A ring looks from both of its segments, where its share of a linear flux is half.
+// Adds the lookout of the wedge at corner \p c, at the centroid of the wedge's hat function: 3/4 of the
+// distance to the triangle's centroid, or, on a surface of revolution, 1/3 of the segment's length.
 void add_lookout(const TriangleMesh& mesh, const Wedges& wedges, const LateralBox& box, double skin,
                  std::size_t c, std::vector<Lookout>& own) {
     constexpr double kMiddle = 0.75, kThird = 0.5;
@@ -120,7 +121,7 @@ void add_lookout(const TriangleMesh& mesh, const Wedges& wedges, const LateralBo
         own.push_back(lookout_at(mesh, box, skin, t, k, kMiddle));
         return;
     }
-    // Of a segment's two triangles, the one with its other two corners on the other ring.
+    // A segment has two triangles: take the one whose other two corners lie on the other ring.
     const std::uint32_t* const ring = &wedges.corner[3 * t];
     if (ring[(k + 1) % 3] == ring[k] || ring[(k + 2) % 3] == ring[k]) return;
     own.push_back(lookout_at(mesh, box, skin, t, k, kThird));
@@ -129,7 +130,7 @@ void add_lookout(const TriangleMesh& mesh, const Wedges& wedges, const LateralBo
         own.back().point.x() * std::hypot(own.back().point.x() - end.x(), own.back().point.z() - end.z());
 }
 
-// The lookouts of every wedge: one near the vertex, in the largest triangle of its fan.
+// One lookout for every wedge: near the vertex, in the largest triangle of its fan.
 std::vector<std::vector<Lookout>> lookouts_near(const TriangleMesh& mesh, const Wedges& wedges,
                                                 const LateralBox& box, double skin) {
     constexpr double kNearVertex = 0.2;
@@ -142,7 +143,7 @@ std::vector<std::vector<Lookout>> lookouts_near(const TriangleMesh& mesh, const 
     return places;
 }
 
-// Wedges whose share differs from one beside it in a triangle: the half shadow's.
+// Flags the wedges in the penumbra: at a corner of a triangle whose corners' shares differ.
 std::vector<std::uint8_t> in_half_shadow(const Wedges& wedges, std::span<const double> open) {
     constexpr double kDiffers = 0.01;
     std::vector<std::uint8_t> half(wedges.count(), 0);
@@ -202,7 +203,7 @@ DirectFlux::DirectFlux(const Species& species) {
                     arrivals * sample.energetic[k - 1] * angular_factor(species.yields[k - 1], cosine);
         }
     });
-    // A flat wafer gets the mean that rates are scaled to.
+    // Scale the table so that a flat wafer gets exactly mean_yield(), by which models scale their rates.
     const double azimuth = azimuths_ > 1 ? std::atan2(0.0, -tilt_sine_) : 0.0;
     for (std::size_t k = 0; k < tallies(); ++k) {
         Yield yield = k > 0 ? species.yields[k - 1] : Yield();
@@ -229,13 +230,12 @@ std::vector<DirectFlux::Direction> DirectFlux::towards(std::size_t beam, std::si
                                           : 64) /
                               images,
                       every = std::max<std::size_t>(1, groups / count);
-    // A round wafer has few places to look from, and at its axis all directions of one polar angle see the
-    // same. The two ends of the list, which are the widest and the narrowest direction of a source cos^n,
-    // then the middle between what is there: the first few are from all over the beam.
+    // Order by bisection, so that the first few directions span the beam: both ends of the list (narrowest
+    // and widest direction of a cos^n source), then midpoints.
     std::vector<std::size_t> order{count - 1, 0};
     for (std::size_t step = count / 2; step > 0; step /= 2)
         for (std::size_t k = step; k + 1 < count; k += 2 * step) order.push_back(k);
-    // Two of four images come first: the pair mirrored in x, and in every other group the pair mirrored in y.
+    // If there are four images, take a pair (x, -x) of each group, at y and -y in turn, then the other pairs.
     const std::size_t pair = std::min<std::size_t>(images, 2);
     std::vector<Direction> directions;
     for (std::size_t first = 0; first < images; first += pair)
@@ -256,7 +256,7 @@ double DirectFlux::at(std::size_t tally, double cosine, double azimuth) const {
         return at - static_cast<double>(i);
     };
     std::size_t i = 0, j = 0;
-    // sin(polar angle / 2) takes no arc cosine.
+    // The index sin(polar angle / 2) = sqrt((1 - cosine) / 2) needs no arc cosine.
     const double u = part_of(std::sqrt(std::max(0.0, 0.5 - 0.5 * cosine)), kAngles, i);
     const double* row = &table_[tally * azimuths_ * kAngles + i];
     if (azimuths_ == 1) return row[0] + u * (row[1] - row[0]);
@@ -286,8 +286,8 @@ std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const Tri
                                              const Wedges& wedges, bool coarse) {
     const Geometry geometry = make_geometry(mesh, scene, box);
     const double skin = 2.0 * kOverlap * geometry.skin;
-    // A single place misses how the share bends within a triangle: on the floor of a round contact, whose
-    // half shadow is a cell wide, 1 % of the source was lost.
+    // A single point misses how the share varies within a triangle: on the floor of a round contact whose
+    // penumbra is one cell (dx) wide, it loses 1 % of the source.
     const bool all = coarse || box.axial;
     const auto in_fans = [&](std::span<const std::uint8_t> chosen) {
         std::vector<std::vector<Lookout>> places(wedges.count());
@@ -304,7 +304,7 @@ std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const Tri
                                                                                            : 1);
         for (DirectFlux::Direction& d : towards)
             if (geometry.straight) d.towards.y() = 0.0;
-        // The share of what an open surface would get that arrives.
+        // The visible share of the beam at a lookout.
         const auto share_at = [&](const Lookout& out) {
             std::array<Vec3, surface::RayPacket::kRays> paths;
             std::array<double, surface::RayPacket::kRays> weights;
@@ -322,7 +322,7 @@ std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const Tri
                     all += weights[k];
                     if ((seen >> k & 1u) != 0) arrives += weights[k];
                 }
-                // Most see all of the source or nothing, which a few directions from all over it tell.
+                // Most lookouts see the whole beam or none of it; 16 directions spread over it settle that.
                 if (next >= kEnough && (arrives == 0.0 || arrives == all)) break;
             }
             return all > 0.0 ? arrives / all : 0.0;

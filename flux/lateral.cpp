@@ -23,8 +23,8 @@ std::string text(const Vec3& p) {
     return fmt::format("({:.6g}, {:.6g}, {:.6g})", p.x(), p.y(), p.z());
 }
 
-// Edges that are not used once in each direction: the surface's boundary, holes, and where neighbours differ
-// in orientation.
+// Edges that are not used once in each direction: on the surface's boundary, at holes, and between triangles
+// of opposite orientation.
 Edges unpaired_edges(const TriangleMesh& mesh) {
     const surface::EdgeTable table = surface::edge_table(mesh);
     Edges unpaired;
@@ -42,7 +42,7 @@ Vec3 total_area_vector(const TriangleMesh& mesh) {
     return sum;
 }
 
-// The first edge that does not lie on a side of the box, or the end.
+// The first edge that does not lie on a side of the box, or boundary.end().
 Edges::const_iterator off_sides(const TriangleMesh& mesh, const Edges& boundary, const LateralBox& box,
                                 double tolerance) {
     return std::find_if(boundary.begin(), boundary.end(), [&](const auto& edge) {
@@ -71,7 +71,7 @@ void require_boundary_on_sides(const TriangleMesh& mesh, const Edges& boundary, 
         box.max[1]);
 }
 
-// Whether the edges are connected.
+// Whether all edges are connected with each other.
 bool is_one_piece(const Edges& edges, std::size_t vertices) {
     surface::DisjointSets sets(vertices);
     for (const auto& [a, b] : edges) sets.join(a, b);
@@ -96,7 +96,7 @@ void require_traceable(const TriangleMesh& mesh) {
     if (!(size > 1e-9 && size < 1e9))
         throw GeometryError(
             "the mesh measures {:.3g} length units: choose a unit in which it measures 1e-9 to 1e9", size);
-    // Embree's edge functions are products of two edges and more, in single precision.
+    // Embree's edge functions multiply two edges and more in single precision: smaller areas underflow.
     constexpr double kLeastArea = 1e-17;
     const double area = total_area(mesh) / static_cast<double>(mesh.triangles.size());
     if (area > 0.0 && area < kLeastArea)
@@ -130,8 +130,8 @@ LateralBox lateral_box(const TriangleMesh& mesh, std::array<Boundary, 2> boundar
         box.rim_inside =
             off_sides(mesh, ends, box, tolerance) != ends.end() && is_one_piece(ends, mesh.vertices.size());
 
-    // By Stokes, the area seen from above depends on the boundary only: the rectangle's, if the surface
-    // covers it once.
+    // By Stokes' theorem, the area projected on z depends on the boundary alone: it is the rectangle's area
+    // if the surface covers that once.
     const double seen = ends.empty() ? enclosed_volume(mesh) : total_area_vector(mesh).z();
     const double slack = 1e-5 * box.area();
     if (seen < (open ? 0.0 : -slack))

@@ -7,17 +7,18 @@
 
 namespace sidewall::flux {
 
-/// Lateral boundary condition: a particle leaves, is mirrored, or comes back in on the opposite side.
+/// Lateral boundary condition: a particle leaves, is mirrored, or re-enters on the opposite side.
 enum class Boundary { open, reflective, periodic };
 
 /// The lateral extent of the domain, world units; z is open. The boundary is per axis (x, y).
 struct LateralBox {
     std::array<double, 2> min{}, max{};
     std::array<Boundary, 2> boundary{};
-    bool rim_inside = false;  ///< the surface ends inside the box: what flies past its rim and hits its back
-                              ///< has escaped
-    /// The surface is a sector of a revolution (flux/revolution.hpp), as wide as the box at x = max[0], a mirror all around;
-    /// the axis is at x = min[0] = 0. Particles fly in space.
+    bool rim_inside = false;  ///< the surface ends inside the box: a particle that passes its rim and hits
+                              ///< its back has escaped
+    /// The surface is a sector of a surface of revolution (flux/revolution.hpp), with its axis at x = min[0]
+    /// = 0 and as wide as the box at x = max[0], where a cylinder mirrors particles. They fly in three
+    /// dimensions.
     bool axial = false;
     double area() const { return (max[0] - min[0]) * (max[1] - min[1]) * (axial ? 0.5 : 1.0); }
 };
@@ -31,20 +32,20 @@ void require_traceable(const TriangleMesh& mesh);
 ///
 /// A reflective or periodic box needs a surface that ends on its sides: every boundary edge in one of the
 /// four side planes, and the whole rectangle covered once, facing up. If both axes are open, any mesh that
-/// faces up (or is closed with normals pointing outwards) will do, and one boundary that is not that
-/// rectangle's is the surface's rim; more than one are a rim and holes, and then none is.
+/// faces up (or is closed with normals pointing outwards) will do. A single connected boundary off the sides
+/// is then the surface's rim (rim_inside); with several, some are holes and none counts as the rim.
 /// \throws GeometryError saying where the surface does not end on the rectangle, or that it is inside out.
 /// \note O(n log n).
 LateralBox lateral_box(const TriangleMesh& mesh, std::array<Boundary, 2> boundary);
 
-/// The next side plane that a straight path meets. Distance in units of the direction's length.
+/// The next side plane that a straight path meets; distance in units of the direction's length.
 struct SideMeeting {
     double distance = std::numeric_limits<double>::infinity();
     int axis = 0;
 };
 
-/// The side plane ahead of \p position, which lies in the box or on its sides. Never negative, so that a
-/// particle that sits on a side and moves outwards meets it at once.
+/// The side plane ahead of \p position, which lies in the box or on its sides. The distance is never
+/// negative: a particle that sits on a side and moves outwards meets it at once.
 inline SideMeeting next_side(const LateralBox& box, const Vec3& position, const Vec3& direction) {
     SideMeeting meeting;
     for (int axis = 0; axis < 2; ++axis) {
@@ -57,8 +58,8 @@ inline SideMeeting next_side(const LateralBox& box, const Vec3& position, const 
     return meeting;
 }
 
-/// Moves a particle to the side it meets and through it: mirrors its direction or wraps its position, which
-/// ends exactly on a side plane.
+/// Moves a particle to the side it meets, then mirrors its direction or wraps its position, which ends
+/// exactly on a side plane.
 /// \returns false if that side is open: the particle is gone.
 inline bool cross_side(const LateralBox& box, const SideMeeting& meeting, Vec3& position, Vec3& direction) {
     const int axis = meeting.axis, other = 1 - axis;

@@ -7,10 +7,10 @@
 
 namespace sidewall::flux {
 
-/// Names one stream of random numbers: a species in a time step of a run.
+/// The key of one stream of random numbers: a species in a time step of a run.
 using RandomKey = r123::Philox4x32::key_type;
 
-/// The key of (seed, time step, species). Philox itself spreads the 128 bits over the 64 of the key.
+/// The key of (seed, time step, species). Philox itself hashes these 128 bits into the 64 of the key.
 inline RandomKey random_key(std::uint64_t seed, std::uint32_t time_step, std::uint32_t species) {
     const auto low = static_cast<std::uint32_t>(seed), high = static_cast<std::uint32_t>(seed >> 32);
     const auto mixed = r123::Philox4x32{}({{low, high, time_step, species}}, {{0x51de3a11u, 0xf10cu}});
@@ -28,29 +28,28 @@ struct Draws {
     double uniform(std::size_t i) const { return unit_double(word[i]); }
 };
 
-/// The words of (\p ray, \p bounce) under \p key: bounce 0 is the emission from the source. Counter based
-/// (Salmon et al., SC 2011, Philox4x32-10): any thread may ask for any event in any order and gets the same
-/// words.
+/// The words of (\p ray, \p bounce) under \p key; bounce 0 is the emission from the source. Counter based
+/// (Salmon et al., SC 2011, Philox4x32-10): an event has the same words on any thread and in any order.
 inline Draws draw(RandomKey key, std::uint64_t ray, std::uint32_t bounce) {
     const auto low = static_cast<std::uint32_t>(ray), high = static_cast<std::uint32_t>(ray >> 32);
     const auto words = r123::Philox4x32{}({{low, high, bounce, 0u}}, key);
     return {{words[0], words[1], words[2], words[3]}};
 }
 
-/// Names an event of a particle: emission is bounce 0. Generation 0 flies from the source; what a hit of
-/// bounce b sputters is generation b.
+/// Identifies an event of a particle. Bounce 0 is the emission. Particles from the source are generation 0;
+/// those that a hit of bounce b sputters are generation b.
 struct Event {
     std::uint32_t ray = 0, batch = 0, bounce = 0, generation = 0;
 };
 
-/// The random numbers of an event, any number of them; the first four are draw()'s for generation 0.
+/// A sequence of random numbers for one event; for generation 0 the first four are those of draw().
 class Stream {
   public:
     Stream(RandomKey key, Event event) : key_(key), event_(event) {}
     double uniform() { return unit_double(next()); }
     std::uint32_t next() {
         if (used_ == 4) {
-            // Rejection loops end within a few rounds; their number shares a word with the generation.
+            // Block number in the upper 12 bits, generation in the lower 20: rejection loops take few blocks.
             const std::uint32_t last = event_.generation + (block_++ << 20);
             words_ = r123::Philox4x32{}({{event_.ray, event_.batch, event_.bounce, last}}, key_);
             used_ = 0;
@@ -65,12 +64,12 @@ class Stream {
     std::uint32_t used_ = 4, block_ = 0;
 };
 
-/// Philox's two multipliers for eight lanes. Defined elsewhere: a compiler that sees their values takes the
-/// products apart into shifts and sums, which is twice as slow.
+/// Philox's two multipliers for eight lanes. Defined in random.cpp, because a compiler that sees their values
+/// turns the products into shifts and sums, which is twice as slow.
 extern const std::uint64_t kMultiplier[2][8];
 
-/// draw() for eight rays at once, lane by lane the same words; a loop over lanes that compilers vectorise: in
-/// 64 bits, the width of the products, so that nothing is shuffled.
+/// draw() for eight rays at once, with the same words in each lane. The loops over lanes vectorise: they work
+/// in 64 bits, the width of the products, so that no lanes are shuffled.
 /// \param words  four rows of eight.
 inline void draw8(RandomKey key, const std::uint32_t* ray, Event event, std::uint32_t words[4][8]) {
     const auto low = [](std::uint64_t word) { return static_cast<std::uint32_t>(word); };

@@ -55,7 +55,7 @@ void smooth_about_axis(const TriangleMesh& sector, const Wedges& wedges, const F
     const auto radius = [&](std::size_t segment, std::size_t end) {
         return sector.vertices[sector.triangles[2 * segment][end]].x();
     };
-    // Whether a segment is more of a floor than of a wall, from its end nearer to the axis.
+    // Whether a segment, followed from the given end, leads outwards within 45 degrees of the horizontal.
     const auto goes_outwards = [&](std::size_t segment, std::size_t end) {
         const auto& triangle = sector.triangles[2 * segment];
         const Vec3 way = sector.vertices[triangle[1 - end]] - sector.vertices[triangle[end]];
@@ -113,7 +113,7 @@ void share_segments(const TriangleMesh& sector, FluxField& by_triangle) {
 }
 
 Revolution::Revolution(const TriangleMesh& sector) {
-    // Ends of neighbours are computed apart: together they leave no gap to slip through.
+    // Segments are extended by this at both ends: rounding leaves no gap between neighbours.
     constexpr double kSlack = 1e-10;  // of the largest coordinate
     const double slack = kSlack * [&] {
         double most = 0.0;
@@ -129,8 +129,7 @@ Revolution::Revolution(const TriangleMesh& sector) {
         const double dr = to.x() - from.x(), dz = to.z() - from.z(), length = std::hypot(dr, dz);
         Segment s{from.x(), from.z(), dr, dz, 0.0, 0.0, 0.0, 0.0, 0.0};
         if (length > 0.0) {
-            // The normal points to the right of the way from a to b, seen with x to the right and z upwards,
-            // or to the left, as the triangles' does.
+            // The normal is (-dz, dr) or its opposite, on the same side as the triangles' normal.
             const double side = area_vector(sector, t).dot(Vec3(-dz, 0.0, dr)) > 0.0 ? 1.0 : -1.0;
             s.nr = -side * dz / length, s.nz = side * dr / length;
             s.plane = s.nr * s.r + s.nz * s.z;
@@ -149,7 +148,7 @@ Revolution::Revolution(const TriangleMesh& sector) {
     }
 }
 
-// Makes the node over some segments and puts its box into the first place of \p box; one segment is its own.
+// Builds the node over some segments and puts its box into place 0 of \p box. A single segment needs no node.
 std::int32_t Revolution::build(std::vector<std::uint32_t>::iterator first,
                                std::vector<std::uint32_t>::iterator last, Node& box) {
     double inner = kInfinity, outer = 0.0, low = kInfinity, high = -kInfinity;
@@ -165,7 +164,7 @@ std::int32_t Revolution::build(std::vector<std::uint32_t>::iterator first,
     box.child.fill(0);
     box.inner[0] = inner * inner, box.outer[0] = outer * outer, box.low[0] = low, box.high[0] = high;
     if (last - first == 1) return box.child[0] = ~static_cast<std::int32_t>(*first);
-    // Eight parts, by halves along the longer side of each.
+    // Eight parts: halve three times, each part at the median along the longer side of its box.
     std::array<std::vector<std::uint32_t>::iterator, kChildren + 1> end;
     end.front() = first, end.back() = last;
     for (std::size_t step = kChildren; step > 1; step /= 2)
@@ -201,18 +200,18 @@ std::int32_t Revolution::build(std::vector<std::uint32_t>::iterator first,
     return box.child[0] = place;
 }
 
-// r^2 = a t^2 + 2 b t + c along the path; it comes nearest to the axis at `closest`, by the square of the
-// turn / a.
+// A path with r^2 = a t^2 + 2 b t + c. It is nearest to the axis at t = `closest`, where r^2 is
+// nearest_square = turn^2 / a; turn = x dy - y dx.
 struct Revolution::Ray {
     Vec3 origin, direction;
     double a, b, c, turn, closest, nearest_square;
 };
 
-// On the cone nr r = plane - nz z, both squared: (nr^2 a - q^2) t^2 + 2 (nr^2 b - p q) t + (nr^2 c - p^2) =
-// 0, where p + q t is its right side. The discriminant over nr^2 is the square of a vector less (nr turn)^2,
-// without cancellation.
+// Intersects a path with the cone nr r = plane - nz z. With p + q t for the right side, both sides squared
+// give (nr^2 a - q^2) t^2 + 2 (nr^2 b - p q) t + (nr^2 c - p^2) = 0. The discriminant over nr^2 is written as
+// |p d - q o|^2 - (nr turn)^2 (d, o: direction and origin in x and y), which avoids cancellation.
 void Revolution::meet(const Ray& ray, std::uint32_t segment, RingHit& best) const {
-    constexpr double kFlat = 1e-20;  // the square of a slope that rounding makes
+    constexpr double kFlat = 1e-20;  // nr^2 below this is rounding: the segment is horizontal
     const Segment& s = segments_[segment];
     const double p = s.plane - s.nz * ray.origin.z(), q = -s.nz * ray.direction.z(), square = s.nr * s.nr;
     const double x = p * ray.direction.x() - q * ray.origin.x(),
@@ -223,10 +222,10 @@ void Revolution::meet(const Ray& ray, std::uint32_t segment, RingHit& best) cons
     const double far = -(half + (half < 0.0 ? -shift : shift));
     const double times[2] = {far / (square * ray.a - q * q), (square * ray.c - p * p) / far};
     for (const double t : times) {
-        if (!(t > 0.0 && t < best.distance)) continue;  // false of NaN, too
+        if (!(t > 0.0 && t < best.distance)) continue;  // skips NaN, too
         const double r = std::sqrt(std::max(0.0, (ray.a * t + 2.0 * ray.b) * t + ray.c));
         const double z = ray.origin.z() + t * ray.direction.z();
-        // The hit is on the cone's other half, which is not there; a flat cone has no other half.
+        // Squaring added the cone's other nappe, which is not part of the surface; a flat cone has none.
         if (square > kFlat && s.nr * (p + q * t) < 0.0) continue;
         const double along = ((r - s.r) * s.dr + (z - s.z) * s.dz) * s.inverse_square;
         if (!(along >= -s.slack && along <= 1.0 + s.slack)) continue;
@@ -248,14 +247,14 @@ RingHit Revolution::closest_front(const Vec3& origin, const Vec3& direction, dou
     const bool upright = !(ray.a > 0.0);
     ray.closest = upright ? 0.0 : -ray.b / ray.a;
     ray.nearest_square = upright ? ray.c : ray.turn * ray.turn / ray.a;
-    constexpr double kLevel = 1e-300;  // a level path's rise: its slabs are all or nothing
+    constexpr double kLevel = 1e-300;  // replaces a rise of 0: a level path is inside a z slab or outside
     const double rise = std::abs(direction.z()) > kLevel ? direction.z() : kLevel, inverse = 1.0 / rise;
     RingHit best{RingHit::kNone, reach, 0.0};
     struct Entry {
         std::int32_t node;
         double from;
     };
-    std::array<Entry, 128> stack;  // seven more a level, at most
+    std::array<Entry, 128> stack;  // at most seven more for each level of the tree
     std::size_t size = 0;
     stack[size++] = {root_, 0.0};
     const double z = origin.z(), slack = 1e-12 * ray.c;
@@ -323,7 +322,7 @@ double way_to_cylinder(const Vec3& point, const Vec3& direction, double radius) 
                  c = std::min(0.0, point.head<2>().squaredNorm() - radius * radius);
     if (!(a > 0.0)) return kInfinity;
     const double root = std::sqrt(std::max(0.0, b * b - a * c));
-    // The far root, by the form that does not cancel.
+    // The larger root of a t^2 + 2 b t + c = 0, in the form without cancellation.
     return b > 0.0 ? -c / (b + root) : (root - b) / a;
 }
 

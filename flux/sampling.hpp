@@ -22,13 +22,13 @@ inline Vec3 direction_around(const Vec3& axis, double cosine, double sine, doubl
 /// A direction within the hemisphere of the unit vector \p axis, density per solid angle
 /// (exponent + 1) / (2 pi) cos^exponent. \p u1, \p u2 uniform in (0, 1); exponent >= 0.
 inline Vec3 sample_cosine_power(const Vec3& axis, double exponent, double u1, double u2) {
-    // cos = u1^(1/(n+1)); 1 - cos^2 cancels for a collimated beam, expm1 does not.
+    // cos = u1^(1/(n+1)). For a collimated beam 1 - cos^2 would cancel; expm1 does not.
     const double log_cosine = std::log(u1) / (exponent + 1.0);
     return direction_around(axis, std::exp(log_cosine), std::sqrt(-std::expm1(2.0 * log_cosine)), u2);
 }
 
-/// A direction within the hemisphere of \p axis, density per solid angle cos (1 + b cos^2) / (pi (1 + b / 2)), b >= -1,
-/// by inversion in cos^2. \p u1, \p u2 uniform in (0, 1).
+/// A direction within the hemisphere of \p axis, density per solid angle cos (1 + b cos^2) / (pi (1 + b / 2))
+/// with b >= -1, by inversion in cos^2. \p u1, \p u2 uniform in (0, 1).
 inline Vec3 sample_cosine_beta(const Vec3& axis, double b, double u1, double u2) {
     const double whole = u1 * (2.0 + b);
     const double squared = std::min(1.0, whole / (1.0 + std::sqrt(std::max(0.0, 1.0 + b * whole))));
@@ -62,7 +62,7 @@ inline void sine_cosine(float u, float& sine, float& cosine) {
     cosine = s * s - c * c;
 }
 
-/// sample_lambertian about the unit vector (nx, ny, nz) in single precision, in the form of loops that compilers vectorise.
+/// sample_lambertian about the unit vector (nx, ny, nz), in single precision and in a form that vectorises.
 inline void lambert(float nx, float ny, float nz, float u1, float u2, float& dx, float& dy, float& dz) {
     float sine = 0.0f, cosine = 0.0f;
     sine_cosine(u2, sine, cosine);
@@ -74,8 +74,8 @@ inline void lambert(float nx, float ny, float nz, float u1, float u2, float& dx,
     dz = up * nz + s * sz + t * tz;
 }
 
-/// A direction about \p axis and an energy (eV) from a tabulated source: a bin by its share, then uniform
-/// over its angles and energies. Numbers uniform in (0, 1).
+/// A direction about \p axis and an energy (eV) from a tabulated source: a bin is chosen by its share, then
+/// angle and energy uniformly within it. \p u1, \p u2, \p u3 uniform in (0, 1).
 inline std::pair<Vec3, double> sample_bins(std::span<const SourceBin> bins, const Vec3& axis, double u1,
                                            double u2, double u3) {
     const auto bin = std::upper_bound(bins.begin(), bins.end() - 1, u1,
@@ -96,14 +96,13 @@ inline std::uint32_t even_bits(std::uint32_t word) {
     return (word | word >> 8) & 0x0000ffffu;
 }
 
-/// The corner (x, y), each of 16 bits, of the cell at \p index on a Hilbert curve through the 2^16 x 2^16
-/// square. Warren, Hacker's Delight, section 16-2: all levels at once, by a parallel prefix of each level's
-/// complement and swap.
+/// The cell (x, y), 16 bits each, at \p index on a Hilbert curve through the 2^16 x 2^16 square. All levels
+/// at once, by parallel prefixes of complement and swap (Warren, Hacker's Delight, section 16-2).
 inline std::pair<std::uint32_t, std::uint32_t> hilbert_cell(std::uint32_t index) {
     constexpr std::uint32_t kEven = 0x55555555u;
     const std::uint32_t odd = (index >> 1) & kEven;
     std::uint32_t turn = ((index & kEven) + odd) ^ kEven;
-    turn ^= turn >> 2;  // written out, so that loops over cells are vectorised
+    turn ^= turn >> 2;  // unrolled, so that loops over cells vectorise
     turn ^= turn >> 4;
     turn ^= turn >> 8;
     turn ^= turn >> 16;
@@ -122,12 +121,10 @@ inline std::uint32_t reversed_bits(std::uint32_t word) {
     return word >> 16 | word << 16;
 }
 
-/// Second coordinate of Sobol's sequence (the first is reversed_bits(index)), as 32 bits of fraction: the
-/// Pascal matrix modulo 2. With it, any aligned run of 2^k indices puts one point into each of 2^k equal
-/// boxes.
+/// Second coordinate of Sobol's sequence, as 32 bits of fraction, from the Pascal matrix modulo 2. The first
+/// is reversed_bits(index). Any aligned run of 2^k indices puts one point into each of 2^k equal boxes.
 inline std::uint32_t sobol_second(std::uint32_t index) {
-    // v = the product of the index with an upper-triangular Pascal matrix, in log2(32) operations on whole
-    // words, then bit-reversed.
+    // The product of the index with an upper-triangular Pascal matrix, in log2(32) operations on whole words.
     std::uint32_t v = index;
     v ^= (v >> 16) & 0x0000ffffu;
     v ^= (v >> 8) & 0x00ff00ffu;
@@ -137,9 +134,8 @@ inline std::uint32_t sobol_second(std::uint32_t index) {
     return reversed_bits(v);
 }
 
-/// Owen's nested uniform scrambling of 32 bits of fraction, hashed: Laine and Karras, EGSR 2011, with the
-/// constants of Vegdahl (2021). \p shift and \p factor random words; each value is uniform over random
-/// shifts.
+/// Owen's nested uniform scrambling of 32 bits of fraction by a hash (Laine and Karras, EGSR 2011, with the
+/// constants of Vegdahl (2021)). \p shift, \p factor: random words; over random shifts the value is uniform.
 inline std::uint32_t owen_scrambled(std::uint32_t fraction, std::uint32_t shift, std::uint32_t factor) {
     std::uint32_t x = reversed_bits(fraction);
     x ^= x * 0x3d20adeau;

@@ -10,16 +10,17 @@
 namespace sidewall::flux {
 namespace {
 
-constexpr std::uint32_t kScramble = 0xffffffffu;  // a bounce that no particle reaches
-constexpr double kOnPlane = -1.0;                 // no place on the surface
+constexpr std::uint32_t kScramble = 0xffffffffu;  // bounce of the scrambling words; no particle reaches it
+constexpr double kOnPlane = -1.0;                 // marks a particle that starts on the source plane
 
-// 16 bits of cell and 16 of the place within it, as a coordinate in [low, high].
+// A coordinate in [low, high] from 16 bits for the cell and 16 for the position within it, of which single
+// precision keeps 8.
 inline float coordinate(std::uint32_t cell, std::uint32_t within, float low, float high) {
     const float part = unit_float(cell << 16 | within);
     return std::min(high, low + part * (high - low));
 }
 
-// The two numbers that decide a direction.
+// The two numbers from which a particle's direction is sampled.
 struct Pair {
     std::uint32_t first, second;
 };
@@ -28,9 +29,9 @@ inline Pair direction_numbers(const Batch& batch, std::uint32_t i) {
             owen_scrambled(sobol_second(i), batch.scramble[2], batch.scramble[3])};
 }
 
-// Divides eight places along the whole emission between plane and surface: those of the plane's part become
-// places along the plane; the others become places along the surface's emission, from 0 to 1, kOnPlane for
-// the plane's.
+// Assigns eight positions along the joint emission of plane and surface to one of the two. The plane's are
+// rescaled to positions along its curve; the surface's become cumulative shares of its emission, from 0 to 1,
+// in on_surface, which is kOnPlane for the others.
 void share_out(double surface_share, std::uint32_t* along, double* on_surface) {
     const double plane = 1.0 - surface_share;
     for (std::size_t i = 0; i < kLanes; ++i) {
@@ -40,9 +41,9 @@ void share_out(double surface_share, std::uint32_t* along, double* on_surface) {
     }
 }
 
-// Starts particles on the surface, each on the triangle at its place, at points by the density of the
-// emission, which is linear there, and by Lambert's law. Their directions are strata of the batch like the
-// plane's.
+// Starts particles on the surface: triangle by cumulative emission, point by the emission's density, which is
+// linear on a triangle, direction by Lambert's law, stratified over the batch like the plane's.
+// \param place  by row: cumulative share of the surface's emission, or kOnPlane.
 void emit_from_surface(const Geometry& geometry, const SurfaceSource& surface, RandomKey key,
                        const Batch& batch, const Column<double>& place, Rays& rays) {
     for (std::size_t row = 0; row < rays.count; ++row) {
@@ -52,8 +53,8 @@ void emit_from_surface(const Geometry& geometry, const SurfaceSource& surface, R
         const Triangle& triangle = geometry.mesh.triangles[t];
         const std::uint32_t* wedge = &surface.corner[3 * std::size_t{t}];
         Stream random(key, {.ray = rays.ray[row], .batch = batch.number, .bounce = 0, .generation = 1});
-        // A mixture of the densities of the three corners' hat functions: two of the four gaps between three
-        // sorted numbers add up to a corner's barycentric weight.
+        // The density is a mixture of the corners' hat functions. For the one picked, the barycentric weights
+        // are Dirichlet(2, 1, 1): gaps between three sorted numbers, two of them for the picked corner.
         const double e0 = surface.emission[wedge[0]], e1 = surface.emission[wedge[1]],
                      e2 = surface.emission[wedge[2]];
         const double pick = random.uniform() * (e0 + e1 + e2);
@@ -93,7 +94,7 @@ void emit_positions(const Geometry& geometry, double surface_share, RandomKey ke
             rays.ray[row + i] = first + static_cast<std::uint32_t>(row + i);
         draw8(key, &rays.ray[row], {.batch = batch.number}, words);
         for (std::size_t i = 0; i < kLanes; ++i) {
-            // Rows beyond the end of the batch are filler.
+            // Rows beyond the end of the batch only fill the last lanes.
             const std::uint64_t piece = std::min(rays.ray[row + i], batch.count - 1);
             // stride * word / 2^32
             const std::uint64_t jitter = stride_high * words[0][i] + (stride_low * words[0][i] >> 32);
@@ -112,7 +113,7 @@ void emit_positions(const Geometry& geometry, double surface_share, RandomKey ke
     }
 }
 
-// cos^1 about -z: the common case.
+// Directions of a thermal source, cosine about -z: the common case, in single precision.
 void emit_thermal(const Batch& batch, Rays& rays) {
     for (std::size_t row = 0; row < rays.count; row += kLanes)
         for (std::size_t i = 0; i < kLanes; ++i) {
@@ -122,7 +123,7 @@ void emit_thermal(const Batch& batch, Rays& rays) {
         }
 }
 
-// Any beam, in double precision.
+// Directions and energies of any other source, in double precision.
 void emit_beam(const Species& species, RandomKey key, const Batch& batch, Rays& rays) {
     const double horizontal = std::hypot(species.beam.x(), species.beam.y());
     const auto set = [&](std::size_t row, const Vec3& d, double energy) {
@@ -213,8 +214,8 @@ void emit(const Geometry& geometry, const Species& species, const SurfaceSource&
         rays.from[row] = 0xffffffffu;
         rays.weight[row] = kOne;
     }
-    // Equally many start at every r, so that the middle, where holes are, gets its share: each stands for the
-    // ring there.
+    // In an axial box, starts are uniform in r, so that the axis, where holes are, gets enough of them; the
+    // weight 2 r / r_max stands for the area of the ring.
     for (std::size_t row = 0; row < count && geometry.revolution; ++row)
         if (surface.share == 0.0 || on_surface[row] == kOnPlane)
             rays.weight[row] = static_cast<std::uint64_t>(

@@ -14,7 +14,7 @@
 namespace sidewall::flux {
 namespace {
 
-// The fans of one vertex: fan[i] is the index of the first corner of the fan that corner i belongs to.
+// Groups the corners of one vertex into fans: fan[i] becomes the index of the first corner of corner i's fan.
 template <typename Smooth>
 void group_fans(const TriangleMesh& mesh, std::span<const std::uint32_t> corners, const Smooth& smooth,
                 std::vector<std::uint32_t>& fan) {
@@ -24,7 +24,7 @@ void group_fans(const TriangleMesh& mesh, std::span<const std::uint32_t> corners
     };
     fan.resize(corners.size());
     std::iota(fan.begin(), fan.end(), 0u);
-    // Two corners touch where the edge that one leaves the vertex by is the edge the other comes back by.
+    // Two corners are neighbours where one's outgoing edge at the vertex is the other's incoming edge.
     std::vector<std::pair<std::uint32_t, std::uint32_t>> incoming(corners.size());
     for (std::uint32_t i = 0; i < corners.size(); ++i)
         incoming[i] = {mesh.triangles[corners[i] / 3][(corners[i] % 3 + 2) % 3], i};
@@ -54,7 +54,7 @@ Wedges make_wedges(const TriangleMesh& mesh, std::span<const std::int32_t> mater
     const double cosine = std::cos(crease);
     const auto smooth = [&](std::uint32_t s, std::uint32_t t) {
         if (!materials.empty() && materials[s] != materials[t]) return false;
-        // A triangle without area has no normal: it belongs to whatever it touches.
+        // A triangle without area has no normal: it is joined to all its neighbours.
         return normals[s].dot(normals[t]) > cosine || normals[s].isZero(0.0) || normals[t].isZero(0.0);
     };
 
@@ -62,7 +62,7 @@ Wedges make_wedges(const TriangleMesh& mesh, std::span<const std::int32_t> mater
     Wedges wedges;
     wedges.corner.resize(3 * mesh.triangles.size());
     wedges.first.assign(mesh.vertices.size() + 1, 0);
-    // First the number within the vertex, then, once all vertices are counted, the number in the mesh.
+    // Number the wedges within each vertex first, then, once all are counted, in the whole mesh.
     tbb::parallel_for(std::size_t{0}, mesh.vertices.size(), [&](std::size_t v) {
         const auto corners = corners_at[v];
         thread_local std::vector<std::uint32_t> fan;

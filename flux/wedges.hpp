@@ -8,15 +8,14 @@
 
 namespace sidewall::flux {
 
-/// Vertices split where the surface creases or the material changes. A wedge is a smooth fan of triangle
-/// corners around one vertex; a quantity stored by wedge is linear over every triangle, continuous over
-/// smooth parts of the surface, and jumps across creases and material edges. Wedges are numbered vertex by
-/// vertex.
+/// Vertices split at creases and material edges. A wedge is a smooth fan of triangle corners of one material
+/// around a vertex. A quantity stored by wedge is linear over every triangle, continuous over smooth parts of
+/// the surface, and may jump at creases and material edges. Wedges are numbered vertex by vertex.
 struct Wedges {
     std::vector<std::uint32_t> corner;  ///< wedge of corner k of triangle t, at 3 t + k
     std::vector<std::uint32_t>
-        first;                 ///< wedges of vertex v: first[v] up to first[v + 1] (vertices + 1 entries)
-    std::vector<double> area;  ///< a third of the fan's triangles, length unit squared
+        first;                 ///< wedges of vertex v: first[v] to first[v + 1] - 1 (vertices + 1 entries)
+    std::vector<double> area;  ///< a third of the area of the fan's triangles, length unit squared
     std::size_t count() const { return area.size(); }
 };
 
@@ -35,10 +34,10 @@ struct FluxField {
 Wedges make_wedges(const TriangleMesh& mesh, std::span<const std::int32_t> materials = {},
                    double crease = 40.0 * std::numbers::pi / 180.0);
 
-/// Unit normals of the wedges' fans, weighted by area.
+/// Unit normals of the wedges: mean over the fan's triangles, weighted by area.
 std::vector<Vec3> wedge_normals(const TriangleMesh& mesh, const Wedges& wedges);
 
-/// Materials of the wedges, 0 without triangles.
+/// Materials of the wedges; 0 for a wedge without triangles.
 /// \param materials  one id a triangle, or empty if there is one material, 0.
 std::vector<std::int32_t> wedge_materials(const Wedges& wedges, std::span<const std::int32_t> materials);
 

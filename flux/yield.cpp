@@ -30,7 +30,7 @@ double mean_energy_factor(const Yield& yield, const SourceBin& bin) {
 
 namespace {
 
-// The mean over a tabulated source, by the middles of parts of its bins.
+// mean_yield for a tabulated source: midpoint rule with kParts angles in each bin.
 double mean_of_bins(const Species& species, const Yield& yield) {
     constexpr int kParts = 16;
     const int azimuths = species.beam.z() == -1.0 ? 1 : 64;
@@ -57,8 +57,8 @@ double mean_of_bins(const Species& species, const Yield& yield) {
 
 double mean_yield(const Species& species, const Yield& yield) {
     if (!species.bins.empty()) return mean_of_bins(species, yield);
-    // Every particle arrives, so that the mean is over the directions as they are drawn. Azimuths of a
-    // rotating wafer change no incidence.
+    // On an open wafer every particle arrives, so that the mean is over the source's density of directions.
+    // Rotating the wafer changes no incidence.
     constexpr int kPolar = 256;
     const int azimuths = species.beam.z() == -1.0 ? 1 : 64;
     double angular = 0.0, kept = 0.0;

@@ -7,7 +7,7 @@
 
 namespace sidewall::flux {
 
-/// f(theta) of a yield, from the cosine of the incidence, in [0, 1].
+/// f(theta) of a yield, for a cosine of the incidence in [0, 1].
 inline double angular_factor(const Yield& yield, double cosine) {
     const auto& a = yield.coefficient;
     switch (yield.angular) {
@@ -54,20 +54,20 @@ inline double energy_factor(const Yield& yield, bool has_energy, double energy) 
     return has_energy ? std::max(0.0, std::sqrt(energy) - std::sqrt(yield.threshold)) : 1.0;
 }
 
-/// Y of a hit on \p material.
+/// Yield Y = A g(E) f(theta) of a hit on \p material.
 inline double yield_of(const Yield& yield, std::size_t material, bool has_energy, double energy,
                        double cosine) {
     return yield.scale[yield.scale.size() == 1 ? 0 : material] * energy_factor(yield, has_energy, energy) *
            angular_factor(yield, cosine);
 }
 
-/// Mean of g(E) over energies as they are drawn, by a midpoint rule; 1 for a species without energy.
+/// Mean of g(E) over the source's energies, by a midpoint rule; 1 for a species without energy.
 double mean_energy_factor(const Yield& yield, const Energy& energy);
 /// Mean of g(E) over the energies of a bin of a tabulated source.
 double mean_energy_factor(const Yield& yield, const SourceBin& bin);
 
-/// Mean yield of what a source sends to an open horizontal wafer of material 0: over its angles and energies, by
-/// midpoint rules, relative error about 1e-4. \p species may lack the yield.
+/// Mean yield of a species' particles on an open horizontal wafer of material 0, over the source's angles and
+/// energies. Midpoint rules, relative error about 1e-4. \p yield need not be one of the species'.
 double mean_yield(const Species& species, const Yield& yield);
 
 }  // namespace sidewall::flux

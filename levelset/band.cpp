@@ -16,7 +16,7 @@
 namespace sidewall::levelset {
 namespace {
 
-// A word holds the 64 nodes of one x: eight rows of y, in which z runs.
+// Active voxels of a leaf: bit 8 y + z of word x stands for node (x, y, z).
 using Mask = std::array<std::uint64_t, 8>;
 constexpr std::uint64_t kLowZ = 0x0101010101010101u, kHighZ = kLowZ << 7;
 constexpr std::uint64_t kLowY = 0xff, kHighY = kLowY << 56;
@@ -27,13 +27,13 @@ Mask mask_of(const Leaf& leaf) {
     return mask;
 }
 
-// Leaves that one task takes at least: the masks of fewer are done sooner than another thread wakes.
+// Minimum number of leaves per task: the masks of fewer take less time than waking another thread.
 constexpr std::size_t kLeavesOfTask = 256;
 
-// How far a re-distancing reads: two sweeps, each two nodes.
+// Distance, in nodes, that a re-distancing reads: two sweeps of two nodes each.
 constexpr int kReadReach = 4;
 
-// Leaf coordinates along an axis of all leaves whose nodes one of the leaf at `origin` may read.
+// Coordinates along one axis of all leaves that a re-distancing of the leaf at `origin` may read.
 struct LeavesAlong {
     std::array<int, 6> place{};
     std::size_t count = 0;
@@ -49,6 +49,7 @@ struct LeavesAlong {
     const int* end() const { return place.data() + count; }
 };
 
+// Calls use(n) with the numbers of all leaves that a re-distancing of the leaf at \p origin may read.
 template <class Use>
 void each_around(const surface::LeafTable& table, const Domain& domain, const openvdb::Coord& origin,
                  Use&& use) {
@@ -70,14 +71,14 @@ void each_around(const surface::LeafTable& table, const Domain& domain, const op
         for (const int y : ys) column(x, y);
 }
 
-// Voxels of the domain.
+// The own nodes of the domain in plane \p x of a leaf, as a word of a Mask.
 std::uint64_t own_voxels(const Domain& domain, const openvdb::Coord& origin, int x) {
     if (origin.x() + x < 0 || origin.x() + x > domain.last_node(0) || origin.y() < 0) return 0;
     const int rows = domain.last_node(1) - origin.y() + 1;
     return rows >= 8 ? ~std::uint64_t{0} : rows <= 0 ? 0 : (std::uint64_t{1} << (8 * rows)) - 1;
 }
 
-// The mask with the face neighbours of its voxels, and of those of the leaves around: -x, +x, -y, +y, -z, +z.
+// The mask and all face neighbours of its voxels. \p around: masks of the leaves beside it, as in kFaces.
 Mask grown(const Mask& own, const std::array<const Mask*, 6>& around) {
     static constexpr Mask kEmpty{};
     const auto side = [&](std::size_t n) -> const Mask& { return around[n] ? *around[n] : kEmpty; };
@@ -96,7 +97,7 @@ Mask grown(const Mask& own, const std::array<const Mask*, 6>& around) {
 constexpr std::array<std::array<int, 3>, 6> kFaces = {
     {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
 
-// The faces on which the leaf has voxels, as bits in the order of kFaces.
+// Bit f is set if the leaf has voxels on its face f (kFaces).
 unsigned faces_touched(const Mask& m) {
     std::uint64_t all = 0;
     for (const std::uint64_t w : m) all |= w;
@@ -104,13 +105,13 @@ unsigned faces_touched(const Mask& m) {
            ((all & kLowZ) != 0) << 4 | ((all & kHighZ) != 0) << 5;
 }
 
-// Voxels of a leaf.
+// Voxels of the leaf at an origin.
 struct LeafVoxels {
     openvdb::Coord origin;
     Mask mask;
 };
 
-// A plane of the mask, moved along the axis.
+// The voxels in plane \p from across \p axis (0 or 1), moved to plane \p to; no others.
 Mask moved_plane(const Mask& mask, int axis, int from, int to) {
     Mask moved{};
     if (axis == 0) {
@@ -121,7 +122,7 @@ Mask moved_plane(const Mask& mask, int axis, int from, int to) {
     return moved;
 }
 
-// Voxels on a periodic side, carried across it.
+// Neighbours of the awake leaves' voxels across a periodic side: they lie at the domain's other end.
 std::vector<LeafVoxels> across_sides(const Band& band, const Domain& domain) {
     std::vector<LeafVoxels> carried;
     for (int axis = 0; axis < 2; ++axis) {
@@ -141,13 +142,13 @@ std::vector<LeafVoxels> across_sides(const Band& band, const Domain& domain) {
     return carried;
 }
 
-// Makes the leaves that the band grows into, and lists all anew.
+// Makes the missing leaves that the band grows into, and rebuilds the band's lists.
 void make_leaves(Band& band, Grid& grid, const Domain& domain, const std::vector<LeafVoxels>& carried) {
     const auto beside = [&](std::uint32_t leaf, std::size_t face) {
         return band.leaves[leaf]->origin().offsetBy(8 * kFaces[face][0], 8 * kFaces[face][1],
                                                     8 * kFaces[face][2]);
     };
-    std::vector<std::uint8_t> grows(band.awake.size());  // over which faces, as bits, to where no leaf is
+    std::vector<std::uint8_t> grows(band.awake.size());  // bit f: over face f, where there is no leaf
     surface::parallel_each(grows.size(), kLeavesOfTask, [&](std::size_t k) {
         const unsigned faces = faces_touched(mask_of(*band.leaves[band.awake[k]]));
         for (std::size_t f = 0; f < 6; ++f) {
@@ -193,7 +194,7 @@ bool has_distance(const Leaf& leaf, float background) {
     return std::any_of(v, v + Leaf::SIZE, [&](float value) { return !(std::abs(value) >= background); });
 }
 
-// The active nodes of a new leaf that lie inside, by their neighbours of the old band in other leaves.
+// The active nodes of a new leaf that lie inside, by the signs of their neighbours in leaves of the old band.
 Nodes nodes_inside(const Leaf& leaf, const Band& band, float background, const Domain& domain) {
     const openvdb::Coord origin = leaf.origin();
     const bool inner =
@@ -250,7 +251,7 @@ std::vector<std::uint8_t> with_readers(const Band& band, const Domain& domain,
 }
 
 std::uint32_t fingerprint(const Leaf& leaf) {
-    // Sums side by side, by the odd multiplier of Knuth's multiplicative hash.
+    // Independent sums, so that the loop vectorises, with the odd multiplier of Knuth's multiplicative hash.
     constexpr std::size_t kSums = 32;
     constexpr std::uint32_t kOdd = 2654435761u;
     std::array<std::uint32_t, kSums> sum{};
@@ -311,13 +312,13 @@ void sign_new_leaves(const Band& band, const Grid& grid, const Domain& domain) {
     std::vector<Leaf*> leaves;
     for (std::size_t n = 0; n < is_new.size(); ++n)
         if (is_new[n]) leaves.push_back(band.leaves[n]);
-    // All are read before any is written: a voxel just reached has a neighbour of the old band, and another
-    // new leaf's is to count for nothing whichever comes first.
+    // All leaves are read before any is written: only voxels of the old band give their sign, whatever the
+    // order of the leaves.
     std::vector<Nodes> inside(leaves.size());
     tbb::parallel_for(std::size_t{0}, leaves.size(),
                       [&](std::size_t k) { inside[k] = nodes_inside(*leaves[k], band, background, domain); });
     const openvdb::tools::SignedFloodFillOp<Grid::TreeType> flood(grid.tree());
-    // Just inside the background, so that the flood takes it for known.
+    // Just below the background, so that the flood fill takes these signs as known.
     const float known = std::nextafter(background, 0.0f);
     tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t k) {
         for (auto it = leaves[k]->beginValueOn(); it; ++it)

@@ -24,7 +24,7 @@ struct Block {
     static constexpr int at(int x, int y, int z) { return ((x + R) * kSide + y + R) * kSide + z + R; }
 };
 
-/// Pointers to the values of a grid's leaves, found by place.
+/// Pointers to the values of a grid's leaves, found by leaf coordinates.
 struct LeafData {
     const surface::LeafTable& table;  ///< of the leaves
     std::vector<const float*> values;
@@ -49,13 +49,13 @@ void load_block(const LeafData& leaves, const Domain& domain, const Leaf& leaf, 
     static_assert(R <= 4);
     const openvdb::Coord origin = leaf.origin();
     const int x0 = origin.x() >> 3, y0 = origin.y() >> 3, z0 = origin.z() >> 3;
-    // The 27 leaves around, found once; a ghost's source may lie farther and is found on its own.
+    // The 27 leaves around, found once. A ghost's source node may lie in another leaf, found when needed.
     std::array<const float*, 27> around;
     for (int x = -1, n = 0; x <= 1; ++x)
         for (int y = -1; y <= 1; ++y)
             for (int z = -1; z <= 1; ++z, ++n)
                 around[static_cast<std::size_t>(n)] = leaves.find(x0 + x, y0 + y, z0 + z);
-    // Most leaves lie within the domain with all that is read around them.
+    // Whether no node that is read is a ghost, as for most leaves.
     const bool inner =
         domain.owns(origin.x() - R, origin.y() - R) && domain.owns(origin.x() + 7 + R, origin.y() + 7 + R);
     const auto own = [&](int axis, int node) { return inner ? node : domain.source_node(axis, node); };
@@ -68,7 +68,7 @@ void load_block(const LeafData& leaves, const Domain& domain, const Leaf& leaf, 
             const int j = own_y[static_cast<std::size_t>(y + R)];
             const int leaf_y = (j >> 3) - y0;
             const bool near = std::abs(leaf_x) <= 1 && std::abs(leaf_y) <= 1;
-            // Three leaves meet the column's 8 + 2R nodes; their runs are contiguous.
+            // A column of 8 + 2R nodes along z passes through three leaves, contiguous in each.
             const auto run = [&](int leaf_z) -> const float* {
                 const float* source =
                     near ? around[static_cast<std::size_t>((leaf_x + 1) * 9 + (leaf_y + 1) * 3 + leaf_z + 1)]
@@ -96,8 +96,8 @@ void load_block(const LeafData& leaves, const Domain& domain, const Leaf& leaf, 
     }
 }
 
-/// load_block for stencils along the axes from the leaf's own nodes: all that lies off these lines is left unset, which
-/// takes half the time.
+/// Fills \p block like load_block, but only the nodes that stencils along the axes reach from the leaf's own
+/// nodes. Takes half the time.
 template <int R>
 void load_axes(const LeafData& leaves, const Domain& domain, const Leaf& leaf, float background,
                Block<R>& block) {

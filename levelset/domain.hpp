@@ -13,17 +13,17 @@ enum class Side : std::uint8_t { reflective, periodic };
 /// dx, k dx).
 ///
 /// A grid stores the domain's own nodes only: 0..cells on a reflective axis, 0..cells-1 on a periodic one.
-/// All others are ghosts: whoever reads one reads its source node (source_node), so a ghost can never be
-/// stale.
+/// All others are ghosts without storage: reading one means reading its source node (source_node), so a ghost
+/// can never be stale.
 struct Domain {
     std::array<double, 2> min{};  ///< world x, y of the low sides
     std::array<double, 2> max{};  ///< world x, y of the high sides
     std::array<int, 2> cells{};   ///< whole cells along x and y
     double spacing = 0.0;         ///< dx
     std::array<Side, 2> side{};   ///< lateral boundary condition, per axis
-    /// A profile in r = x, from 0, and z, whose revolution is the wafer (flux/revolution.hpp); it is one cell wide along y.
+    /// A half plane (r = x >= 0, z), one cell wide along y, that is revolved about z (flux/revolution.hpp).
     bool axial = false;
-    int times_finest = 1;  ///< dx in those of the finest level (levelset/layers/levels.hpp)
+    int times_finest = 1;  ///< dx over that of the finest level (levelset/layers/levels.hpp)
 
     /// Own node whose value a node at \p index along \p axis (0 = x, 1 = y) repeats: mirrored about a side's
     /// node or wrapped; the identity for own nodes. Any distance from the box is allowed.
@@ -42,7 +42,7 @@ struct Domain {
     double finest_spacing() const { return spacing / times_finest; }
     bool owns(int i, int j) const { return i >= 0 && j >= 0 && i <= last_node(0) && j <= last_node(1); }
 
-    /// World coordinate of node \p index; the sides are hit to the last bit.
+    /// World coordinate of node \p index; nodes on the sides give min and max to the last bit.
     double coordinate(int axis, int index) const {
         if (axis == 2) return index * spacing;
         const auto a = static_cast<std::size_t>(axis);

@@ -12,21 +12,21 @@ namespace {
 
 using Stencil = Block<2>;
 
-// Cosine between normals from which on two planes are one.
+// Two planes whose normals have a larger cosine than this count as one plane.
 constexpr float kParallel = 0.98f;
 
-// The plane over which a neighbour lies, seen from the node.
+// The plane nearest to an upwind neighbour of the node; lengths in cells.
 struct Plane {
-    float arrival;  // the neighbour's own distance
-    float distance;
-    Eigen::Vector3f normal, neighbour;  // neighbour: less the node
+    float arrival;                      // the neighbour's own distance
+    float distance;                     // the node's distance from the plane
+    Eigen::Vector3f normal, neighbour;  // neighbour: its offset from the node
 };
 
-// Unit gradient of the distance at a node, by those differences whose length is nearest to 1: upwind where a
-// plane begins, central where the distance fans out, and those of the node's own side of the front where
-// another plane is the nearest one beyond it.
+// Unit gradient of the distance at a node. Of three estimates the one with length nearest to 1 is taken:
+// upwind differences (best where a plane begins), central ones (where the distance fans out from an edge),
+// and one-sided ones on the node's side of the front (where another plane is nearest beyond the front).
 Eigen::Vector3f normal_at(const float* v, float inv_dx) {
-    constexpr float kNearer = 1e-3f;  // lengths that differ by less are alike
+    constexpr float kNearer = 1e-3f;  // smaller differences of length do not count
     Eigen::Vector3f upwind, central, own_side;
     for (int axis = 0; axis < 3; ++axis) {
         const int stride = Stencil::kStride[axis];
@@ -51,7 +51,7 @@ bool diverge(const Plane& a, const Plane& b) {
     return (a.normal - b.normal).dot(a.neighbour - b.neighbour) > 0.0f;
 }
 
-// Distance from the edge of two planes, or from that one of them on which the nearest point lies.
+// Distance from the edge in which two planes meet, or from the plane on which the nearest point lies.
 float beyond_two(const Plane& a, const Plane& b) {
     const float c = a.normal.dot(b.normal);
     const float of_a = a.distance - c * b.distance, of_b = b.distance - c * a.distance;
@@ -61,7 +61,7 @@ float beyond_two(const Plane& a, const Plane& b) {
 
 // Distance from the corner of three planes, 0 if the nearest point is not there.
 float beyond_three(const std::array<Plane, 3>& planes) {
-    constexpr float kLeastVolume = 0.05f;  // of the normals: flatter, three planes meet in an edge
+    constexpr float kLeastVolume = 0.05f;  // |determinant| of the normals: below, they meet in an edge
     Eigen::Matrix3f normals;
     Eigen::Vector3f distances;
     for (int k = 0; k < 3; ++k) {
@@ -80,7 +80,7 @@ float beyond_three(const std::array<Plane, 3>& planes) {
 EdgeDistance edge_distance(const float* v, float u, float inv_dx, float farthest) {
     std::array<Plane, 3> planes;
     std::size_t count = 0;
-    bool descends = true;  // values fall towards the front along every axis, behind the neighbour too
+    bool descends = true;  // along every axis, the node behind the neighbour is nearer still to the front
     float convex = 0.0f, hollow = 0.0f;  // the largest second differences of either sign
     for (int axis = 0; axis < 3; ++axis) {
         const int stride = Stencil::kStride[axis];
@@ -112,7 +112,7 @@ EdgeDistance edge_distance(const float* v, float u, float inv_dx, float farthest
         put_in_order(1, 2);
         put_in_order(0, 1);
     }
-    // Of neighbours over one plane the nearest counts.
+    // Neighbours over the same plane count once, by the nearest.
     if (count == 3 && planes[0].normal.dot(planes[1].normal) > kParallel) planes[1] = planes[--count];
     const Plane &first = planes[0], &second = planes[1];
     if (first.normal.dot(second.normal) > kParallel) return {u, false};
@@ -129,10 +129,10 @@ EdgeDistance edge_distance(const float* v, float u, float inv_dx, float farthest
         also(second, planes[2]);
         result = std::max(result, beyond_three(planes));
     }
-    // In the fan of an edge differences fall short, inside the material: in the gas the cusp between films
-    // from two rims would rise (void_figures_test.cpp). Where a neighbour lies no farther from the front than
-    // the node behind it, as in a mask that a front has gone under, its plane may be of long ago: they bound
-    // it.
+    // Differences along the axes (u) fall short in the fan of an edge, so that inside the material the result
+    // may exceed them. They bound it in the gas, where the cusp between films from two rims would rise
+    // (void_figures_test.cpp), and where a neighbour is no farther from the front than the node behind it, as
+    // in an undercut mask: its plane may be out of date.
     return {descends && inv_dx < 0.0f ? std::min(result, first.arrival + 1.0f) : std::min(u, result), true};
 }
 

@@ -17,8 +17,8 @@
 #include "surface/error.hpp"
 #include "surface/extraction/marching_cubes.hpp"
 
-// All that <openvdb/openvdb.h> is needed for; the header itself reads every grid type there is, which costs
-// half as much again as <openvdb/Grid.h>.
+// The only declaration needed of <openvdb/openvdb.h>, which includes every grid type: compiling it costs half
+// as much again as <openvdb/Grid.h>.
 namespace openvdb {
 OPENVDB_USE_VERSION_NAMESPACE
 namespace OPENVDB_VERSION_NAME {
@@ -39,7 +39,7 @@ void initialize() {
 GridPtr make_grid(const Domain& domain) {
     initialize();
     GridPtr grid = Grid::create(static_cast<float>(kHalfWidth * domain.spacing));
-    // For other programs; nothing of ours reads it, and OpenVDB refuses scales that it takes for zero.
+    // The transform is for other programs only. OpenVDB refuses scales that it takes for zero.
     constexpr double kLeastScale = 1e-4;
     if (domain.spacing > kLeastScale) {
         const auto transform = openvdb::math::Transform::createLinearTransform(domain.spacing);
@@ -94,7 +94,7 @@ GridPtr sample_grid(const Domain& domain, const std::function<double(const Vec3&
             const double beyond = std::abs(distance(centre)) - reach;
             if (!(beyond > 0.0))
                 make_leaf(origin, centre);
-            else  // nor can those above it that the surface is too far from
+            else  // skip the leaves above that the surface is too far from, too
                 k += static_cast<int>(std::min(beyond / leaf_side, static_cast<double>(last - k)));
         }
     });

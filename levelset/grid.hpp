@@ -17,19 +17,18 @@ GridPtr make_grid(const Domain& domain);
 
 /// A grid of the narrow band of \p distance, a signed distance or a bound of it (world units, 1-Lipschitz)
 /// given at world points, for \p z_min <= z <= z_max. Evaluates in parallel and skips regions far from the
-/// front. A node on the front has the sign of a point beside it, in a direction that is the same everywhere, as its own
-/// sign is a matter of rounding.
+/// front. A node within 1e-6 dx of the front gets 0 and counts as outside: its sign would be one of rounding.
 GridPtr sample_grid(const Domain& domain, const std::function<double(const Vec3&)>& distance, double z_min,
                     double z_max);
 
-/// Gives a distance function for the points within \p radius of \p centre. It may leave out what is too far from
-/// there to matter.
+/// Returns a distance function for the points within \p radius of \p centre. It may leave out bodies that are
+/// too far away to matter there.
 using DistanceNear = std::function<std::function<double(const Vec3&)>(const Vec3& centre, double radius)>;
 
-/// Whether a grid is wanted in a column of leaves (8 nodes wide), by its number along x and y.
+/// Says whether leaves are wanted in a column of leaves (8 nodes wide), by its number along x and y.
 using LeafChoice = std::function<bool(int x, int y)>;
 
-/// sample_grid of \p distance, with its nodes' values from \p near.
+/// Like sample_grid above: \p distance shows where the band is, \p near gives the nodes' values.
 /// \param stop   polled often, by any thread; true ends the work
 /// \param where  the columns that are made; null: all.
 /// \throws Interrupted if \p stop said so.
@@ -48,13 +47,14 @@ std::array<double, 2> band_z_range(const Grid& grid, const Domain& domain);
 /// leaves.
 void trim_band(Grid& grid, const Domain& domain);
 
-/// Vertex attribute of extracted meshes: the EdgeKind of vertices on edges, 0 of others. Meshes without edges have none.
+/// Vertex attribute of extracted meshes: the EdgeKind of vertices on edges, 0 of others. Meshes without edges
+/// have none.
 inline constexpr const char* kEdgeAttribute = "edge";
-/// Adds vertices on edges to it; others that the mesh has got since have 0.
+/// Extends this attribute to all vertices of \p mesh: the kinds of \p sharp, and 0 for the other new ones.
 void add_edges(const surface::SharpVertices& sharp, TriangleMesh& mesh);
 
-/// The front of \p grid as a mesh that ends exactly on the domain's sides (surface/extraction/marching_cubes.hpp),
-/// periodic sides included; empty if there is no front.
+/// The front of \p grid as a mesh that ends exactly on the domain's sides
+/// (surface/extraction/marching_cubes.hpp), periodic sides included; empty if there is no front.
 TriangleMesh extract_surface(const Grid& grid, const Domain& domain,
                              surface::SharpEdges edges = surface::SharpEdges::none);
 

@@ -10,7 +10,7 @@
 namespace sidewall::levelset {
 namespace {
 
-// The order of the leaves of a tree: by their places in its root, its nodes and their nodes.
+// Tree order of leaves: by child of the root (4096 nodes wide), then inner node (128), then leaf (8).
 bool before(const Leaf* a, const Leaf* b) {
     const auto place = [](const openvdb::Coord& c) {
         return std::array{c.x() >> 12, c.y() >> 12, c.z() >> 12, c.x() >> 7, c.y() >> 7,
@@ -69,7 +69,7 @@ void GridLeaves::set(const NodeValues& values) {
     if (values.empty()) return;
     std::map<openvdb::Coord, Leaf*> to;  // by origin
     openvdb::CoordBBox box;              // of their leaves
-    auto at = to.end();                  // most have the leaf of the one before
+    auto at = to.end();                  // most nodes lie in the leaf of the node before
     const auto go_to = [&](const openvdb::Coord& origin) {
         if (at == to.end() || at->first != origin) at = to.try_emplace(at, origin, nullptr);
     };

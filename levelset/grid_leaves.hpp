@@ -10,17 +10,17 @@
 
 namespace sidewall::levelset {
 
-/// A domain as marching cubes sees it. \param columns  see LateralGrid.
+/// The lateral box of \p domain for marching cubes. \param columns  see LateralGrid.
 surface::LateralGrid lateral_grid(const Domain& domain, std::span<const surface::CellColumn> columns = {});
 
-/// Values of nodes.
+/// Nodes with a value each.
 using NodeValues = std::vector<std::pair<openvdb::Coord, float>>;
 
-/// A grid's leaves as marching cubes reads them, in a tree's order. A periodic axis stores nodes 0..cells-1; cells on the
-/// high side also need node cells, the image of node 0. Leaves that hold such images are copies.
+/// A grid's leaves for marching cubes, in a tree's order. A periodic axis stores nodes 0..cells-1; cells at
+/// the high side also need node number `cells`, the image of node 0. Leaves that hold such images are copies.
 class GridLeaves {
   public:
-    /// \param other  nodes that are to have other values than in the grid.
+    /// \param other  nodes whose values replace those of the grid.
     GridLeaves(const Grid& grid, const Domain& domain, const NodeValues& other = {});
 
     const std::vector<const Leaf*>& list() const { return list_; }

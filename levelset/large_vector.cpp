@@ -17,16 +17,16 @@
 namespace sidewall::levelset {
 namespace {
 
-// Size of a huge page, of which a grid needs few.
+// Bytes of a huge page, of which a grid needs few.
 constexpr std::size_t kLargePage = std::size_t{1} << 21;
-// Less than this malloc keeps by itself.
+// Bytes; smaller blocks are left to malloc, which keeps them by itself.
 constexpr std::size_t kLeastKept = 2 * kLargePage;
 
-// A block begins with its size, in this many bytes, which keep the rest aligned for vector instructions.
+// Bytes of a block's header, which holds its size; 64 keep the data aligned for vector instructions.
 constexpr std::size_t kHeader = 64;
 
-// An eighth or less above what is asked for, or a page or less, so that a block serves again when a grid has
-// grown. Pages that are never touched take no memory.
+// Rounds up by at most an eighth or a page, so that a block serves again when a grid has grown. Pages that
+// are never touched take no memory.
 std::size_t block_size(std::size_t bytes) {
     const std::size_t part = std::max(kLargePage, std::bit_floor(bytes) / 8);
     return (bytes + part - 1) / part * part;
@@ -37,8 +37,8 @@ void* behind_header(void* block, std::size_t size) {
     return static_cast<std::byte*>(block) + kHeader;
 }
 
-// What has been given back, the largest blocks of a time step: more of them make it no faster, but take a
-// half more memory. A block is not taken for what half of it would do for.
+// The largest blocks that have been given back. Keeping more than four makes time steps no faster, but takes
+// half as much memory again. A block more than twice as large as asked for is not taken.
 class Kept {
   public:
     ~Kept() { drop(); }
@@ -96,7 +96,7 @@ void* take_memory(std::size_t bytes) {
     void* block = std::aligned_alloc(kLargePage, size);
     if (block == nullptr) throw std::bad_alloc();
 #ifdef MADV_HUGEPAGE
-    madvise(block, size, MADV_HUGEPAGE);  // in vain is no harm
+    madvise(block, size, MADV_HUGEPAGE);  // may fail without harm
 #endif
     return behind_header(block, size);
 }

@@ -6,13 +6,13 @@
 
 namespace sidewall::levelset {
 
-/// Memory of a grid's size, not cleared. A few blocks that were given back are kept for the next time step, which needs as
-/// many: to have the system clear new ones takes longer than what is done with them. Any thread.
+/// Allocates memory for arrays of a grid's size, not cleared. A few blocks that were given back are kept for
+/// the next time step: having the system clear new ones takes longer than the work on them. Thread-safe.
 /// \throws std::bad_alloc
 void* take_memory(std::size_t bytes);
-/// \param bytes  as it was taken for.
+/// Returns memory of take_memory. \param bytes  the number that it was taken with.
 void give_back_memory(void* memory, std::size_t bytes);
-/// Gives the system what is kept: before work that takes much by itself.
+/// Frees the kept blocks: for use before work that needs much memory.
 void drop_kept_memory();
 
 template <class T>
@@ -34,7 +34,7 @@ struct LargeAllocator {
     bool operator==(const LargeAllocator&) const { return true; }
 };
 
-/// A vector whose new elements are not set unless to a given value.
+/// A vector whose new elements stay uninitialised unless a value is given.
 template <class T>
 using LargeVector = std::vector<T, LargeAllocator<T>>;
 

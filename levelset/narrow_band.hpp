@@ -7,8 +7,8 @@ namespace sidewall::levelset {
 
 /// Signed distance, world units, negative inside. Active voxels are the narrow band |phi| < kHalfWidth dx; an
 /// inactive voxel of an existing leaf holds exactly the background, +-kHalfWidth dx. Only the domain's own
-/// nodes are active, and nothing is ever read from tiles: see inside(). Declared only: whoever reads voxels
-/// includes levelset/openvdb_grid.hpp.
+/// nodes are active, and nothing is ever read from tiles: see inside(). Files that read voxels include
+/// levelset/openvdb_grid.hpp, which defines the type.
 using Grid = surface::FloatGrid;
 using GridPtr = std::shared_ptr<Grid>;
 
@@ -16,7 +16,7 @@ using GridPtr = std::shared_ptr<Grid>;
 /// and so does the Hessian at a node of a cut cell.
 inline constexpr double kHalfWidth = 3.0;
 
-/// Nodes nearer to the front than this, in grid spacings, lie on it, whatever side rounding puts them on.
+/// Nodes nearer to the front than this, in grid spacings, count as on it, whatever sign rounding gives them.
 inline constexpr double kOnFront = 1e-4;
 
 }  // namespace sidewall::levelset

@@ -11,7 +11,7 @@ bool inside(const Grid& grid, const openvdb::Coord& ijk) {
     grid.tree().getIndexRange(range);
     for (openvdb::Coord c = ijk; c.z() <= range.max().z();) {
         if (const Leaf* leaf = accessor.probeConstLeaf(c)) return leaf->getValue(c) < 0.0f;
-        // Up to the next leaf that can exist, past the whole node that is missing here.
+        // On to the next leaf that can exist: past the whole tree node that is missing here.
         constexpr int kSize[] = {4096, 128, 8};
         const int size = kSize[std::clamp(accessor.getValueDepth(c), 0, 2)];
         c.setZ((c.z() & ~(size - 1)) + size);

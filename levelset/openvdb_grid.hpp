@@ -7,9 +7,9 @@
 #include "levelset/domain.hpp"
 #include "levelset/narrow_band.hpp"
 
-// Reading and writing voxels: OpenVDB's definitions of the types that levelset/narrow_band.hpp declares.
-// Making a grid instantiates its virtual functions, file formats included, in every file that does: here they
-// are declared, and levelset/openvdb_instances.cpp holds them once.
+// OpenVDB's definitions of the types that levelset/narrow_band.hpp declares, for reading and writing voxels.
+// Making a grid instantiates its virtual functions, file formats included, in every file that does so.
+// Declared extern here, they are instantiated once, in levelset/openvdb_instances.cpp.
 extern template class openvdb::Grid<sidewall::surface::VoxelTree<float>>;
 extern template class openvdb::tree::Tree<sidewall::surface::VoxelTree<float>::RootNodeType>;
 extern template class openvdb::tree::Tree<sidewall::surface::VoxelTree<std::int32_t>::RootNodeType>;
@@ -19,7 +19,7 @@ namespace sidewall::levelset {
 static_assert(std::is_same_v<GridPtr, Grid::Ptr>);
 
 using Leaf = Grid::TreeType::LeafNodeType;
-using Nodes = Leaf::NodeMaskType;  ///< some of a leaf's
+using Nodes = Leaf::NodeMaskType;  ///< a set of a leaf's nodes
 
 /// The nodes of a leaf in the plane \p local (0 .. 7) across an axis.
 inline Nodes nodes_in_plane(int axis, int local) {
@@ -30,19 +30,19 @@ inline Nodes nodes_in_plane(int axis, int local) {
     return nodes;
 }
 
-/// The edge of the grid that a vertex of marching cubes lies on: two of its indices are whole.
+/// The grid edge from node \p low along \p axis, on which a vertex of marching cubes lies.
 struct NodeEdge {
     openvdb::Coord low;
     int axis = 0;
 };
-/// \param index  the vertex, in node indices.
+/// The grid edge of a vertex at \p index (index space), of which two coordinates are whole numbers.
 NodeEdge edge_at(const Vec3& index);
 
 /// Deactivates a leaf's nodes that have reached the background or lie outside the domain.
 /// \returns whether any are left.
 bool trim_leaf(Leaf& leaf, const Domain& domain, float background);
 
-/// Whether own node \p ijk lies inside, wherever it is: far from the band the answer is read from the nearest
+/// Whether own node \p ijk lies inside, also far from the band: there the answer is read from the nearest
 /// leaf above (materials rest on an unbounded substrate, and gas is above all).
 bool inside(const Grid& grid, const openvdb::Coord& ijk);
 

@@ -21,13 +21,13 @@ namespace {
 
 using B = Block<2>;
 
-// The band's nodes among the eight of a row: those next to the front, and the others.
+// The band's nodes in a row of eight: those next to the front, and the others.
 struct Lanes {
     LaneMask front, other;
 };
 
-// Divides a row's active nodes by whether they have a neighbour on the other side of the front.
-// \returns whether there are any that have, and any others.
+// Divides a row's active nodes into those next to the front (on it or with a neighbour on its other side) and
+// the others. \returns whether there are any of the first, and of the second.
 std::pair<bool, bool> divide_row(const float* v, float on_front, const LaneMask& active, Lanes& lanes) {
     std::int32_t any_front = 0, any_other = 0;
     for (std::size_t z = 0; z < kLanes; ++z) {
@@ -46,12 +46,12 @@ std::pair<bool, bool> divide_row(const float* v, float on_front, const LaneMask&
     return {any_front != 0, any_other != 0};
 }
 
-// Slopes of nodes next to the front are left as they are within this of |grad phi| = 1: to correct less at
-// every time step would move the front by the differences' own errors. With 0.06 distances are off by more
-// than redistance_test.cpp allows.
+// Nodes next to the front are rescaled only where |grad phi| differs from 1 by more than this: to correct
+// smaller deviations at every time step would move the front by the errors of the differences. With 0.06
+// distances are off by more than redistance_test.cpp allows.
 constexpr float kTolerance = 0.02f;
 
-// A node at rest between two fronts has next to no slope; a sweep multiplies its value by no more than this.
+// The largest factor that rescaling applies: a node midway between two fronts has next to no slope.
 constexpr float kMostGrowth = 2.0f;
 // Keeps the quotient finite: any slope below 1 / kMostGrowth gives the same growth.
 constexpr float kFlattest = 0.1f;
@@ -70,7 +70,7 @@ void rescale_row(const float* v, float inv_dx, Row& out) {
             const float low = std::min(a, b), high = std::max(a, b);
             steep += low * low;
             flat += high * high;
-            // An edge that the front crosses is longer than the distances of both its ends together.
+            // Across the front the distances of two neighbours add up to a cell at most.
             crossed = std::max(crossed, a > distance ? a : 0.0f);
             crossed = std::max(crossed, b > distance ? b : 0.0f);
         }
@@ -81,8 +81,8 @@ void rescale_row(const float* v, float inv_dx, Row& out) {
     }
 }
 
-// Closes gaps without width, where two fronts have met on nodes: solid on both sides along an axis and no gas
-// beside them.
+// Closes gaps of no width, where two fronts have met on a node: solid on both sides along an axis and no gas
+// beside it.
 void close_gaps_row(const float* v, float on_front, Row& values) {
     for (std::size_t z = 0; z < kLanes; ++z) {
         const auto n = static_cast<std::ptrdiff_t>(z);
@@ -96,8 +96,8 @@ void close_gaps_row(const float* v, float on_front, Row& values) {
     }
 }
 
-// Forgets distances from walls and gaps that no node is in: from them |phi| rises by a cell to both sides
-// along an axis.
+// Resets nodes to the background if their distance is from a wall or gap that holds no node: |phi| rises by
+// about a cell (kRise) to both sides along an axis, and no neighbour lies across the front.
 void forget_hidden_row(const float* v, float dx, float on_front, float background, Row& values) {
     constexpr float kRise = 0.9f;
     for (std::size_t z = 0; z < kLanes; ++z) {
@@ -113,27 +113,27 @@ void forget_hidden_row(const float* v, float dx, float on_front, float backgroun
     }
 }
 
-// The second-order difference takes part unless phi changes by more than this (in dx) from the neighbour to
-// the node behind it: along an axis a distance changes by 1 at most, and half as much again is left for
-// values that earlier sweeps have not corrected yet.
+// Largest change of phi, in dx, from the neighbour to the node behind it with which the second-order
+// difference is used. Along an axis a distance changes by 1 at most; the rest allows for values that earlier
+// sweeps have not corrected yet.
 constexpr float kSteepest = 1.5f;
 
-// A node nearer to the front than this, in cells, may stand beside a wall that has moved by rounding.
+// A node nearer to the front than this, in cells, may lie beside a wall that rounding has moved.
 constexpr float kBesideFront = 0.01f;
 
-// Two neighbours on either side of a front that their axis meets at a right angle are a cell apart in
-// distance. Where they are nearer than this, in cells, the front may bend to a wall beside them.
+// The signed distances of two neighbours across a front differ by a cell if their axis meets it at a right
+// angle. Where they differ by less than this, in cells, the front may bend to a wall beside them.
 constexpr float kAcross = 0.95f;
 
-// Stands for an arrival that does not take part: farther than any band, small enough for its square.
+// Arrival of an axis that does not take part: farther than any band, small enough to be squared.
 constexpr float kUnknown = 1e6f;
 
-// Signed distance that the upwind neighbours of each node imply: solves
-// sum_k (w_k (u - a_k))^2 = 1 for u above the a_k that take part (Rouy and Tourin upwinding); the smallest
-// arrive first and a later one only counts where it would be passed. Second order where the next node still
-// descends, first order where it is unknown or past a ridge. In between, where phi bends less on the node's
-// far side than on its near one: there is a kink of the front between, and the bend is limited by twice the
-// smaller one, as slopes are by van Leer, J. Comput. Phys. 32 (1979) 101.
+// Signed distances of a row's nodes from their upwind neighbours: solves sum_k (w_k (u - a_k))^2 = 1 over the
+// axes k whose arrival a_k is below u (Rouy and Tourin upwinding); arrivals are added in ascending order.
+// Differences are of second order if the node behind the neighbour is nearer still to the front, else
+// (unknown or past a ridge) of first order. With \p kinks, second differences are limited to twice those on
+// the node's far side, as van Leer limits slopes (J. Comput. Phys. 32 (1979) 101): where phi bends less
+// there, the front has a kink between.
 //
 // \param kinks  whether values are distances beside kinks, and nodes within kOnFront lie on the front.
 template <bool kinks>
@@ -156,13 +156,14 @@ void solve_row(const float* v, float inv_dx, float dx, float background, Row& ou
             float weight = second ? 1.5f : 1.0f;  // (3 u - 4 near + far) / 2
             float arrival = second ? (4.0f * near - far) * (1.0f / 3.0f) : near;
             if constexpr (kinks) {
-                // Along an axis a distance rises by a cell at most: a next node that lies farther off has not
+                // A distance rises by a cell at most along an axis: a larger value of the next node has not
                 // been solved yet.
                 const float bend = own - 2.0f * near + far,
                             beyond = std::min(next, own + 1.0f) - 2.0f * own + near;
-                // Share of the second-order difference. Where the next node is not known yet, a far one on
-                // the front may be the edge of another body, and one across it may lie beside a wall. Bends
-                // that rounding makes are none. Without a branch, so that eight nodes are solved at once.
+                // Share of the second difference: the limited one if the next node is known or the far node
+                // lies across the front beside a wall; else 1, or 0 if the far node is on the front, maybe at
+                // the edge of another body. Bends by rounding count in full. No branches, so that eight nodes
+                // are solved at once.
                 const float rounding = std::abs(bend) < 1e-3f ? 1.0f : 0.0f;
                 const float known = std::abs(far) < kBesideFront ? 0.0f : 1.0f;
                 const float ratio = 2.0f * beyond / (bend + rounding);
@@ -187,7 +188,7 @@ void solve_row(const float* v, float inv_dx, float dx, float background, Row& ou
         order(0, 1);
         order(1, 2);
         order(0, 1);
-        // Relative to the first arrival, which keeps the digits.
+        // Relative to the first arrival, for precision.
         const float b1 = a[1] - a[0], b2 = a[2] - a[0];
         float u = 1.0f / std::sqrt(w[0]);
         float sw = w[0] + w[1], swb = w[1] * b1, swbb = w[1] * b1 * b1;
@@ -198,12 +199,12 @@ void solve_row(const float* v, float inv_dx, float dx, float background, Row& ou
         discriminant = swb * swb - sw * (swbb - 1.0f);
         const bool three = two & (u > b2) & (discriminant >= 0.0f);
         u = three ? (swb + std::sqrt(std::max(discriminant, 0.0f))) / sw : u;
-        // No farther than a cell beyond the nearest neighbour: an extrapolation over a kink could be.
+        // At most a cell beyond the nearest neighbour: an extrapolation over a kink could give more.
         out[z] = std::copysign(std::min(background, dx * std::min(a[0] + u, nearest + 1.0f)), side);
     }
 }
 
-// Nodes at which phi bends along an axis by more than kSharpBend. They may lie near an edge of the front.
+// Nodes with a second difference of phi above kSharpBend along an axis: an edge of the front may be near.
 LaneMask bent(const float* v, float inv_dx, const Row& solved, const LaneMask& where) {
     LaneMask result;
     for (std::size_t z = 0; z < kLanes; ++z) {
@@ -228,11 +229,10 @@ bool any(const LaneMask& mask) {
     return bits != 0;
 }
 
-// Distances of the selected nodes from edges of the front, written over those by differences along the axes.
-// Values between the two stay as they were: a front that moves by the same everywhere leaves exact
-// ones.
-// \param known  whether others were distances, too, and go to the nearer end. If not, those inside the
-// material take the edge's, or before a hollow edge, where they are larger than both, the larger.
+// Corrects the values of selected nodes by their distances from edges of the front. An old value between the
+// edge's distance and that by differences along the axes stays: a front that moves evenly leaves exact ones.
+// \param known  whether the other old values were distances, too: then each goes to the nearer of the two. If
+// not, those inside the material take the edge's, or the larger at a hollow edge if they exceed both.
 void add_edges(const float* v, float inv_dx, float dx, float background, const LaneMask& where, bool known,
                Row& values) {
     const float half_width = background * inv_dx;
@@ -248,15 +248,15 @@ void add_edges(const float* v, float inv_dx, float dx, float background, const L
     }
 }
 
-// One leaf's new values from the old ones in \p block, along the axes from its nodes; those next to the front
-// change if \p rescale.
-// \param whole  gives the block with all of its values.
+// A leaf's new values from the old ones in \p block (load_axes). Nodes next to the front change only if
+// \p rescale.
+// \param whole  returns the block with all of its values (load_block).
 // \param known  see add_edges.
 template <class Whole>
 void sweep(const Leaf& leaf, const B& block, Whole&& whole, float dx, float background, bool rescale,
            Start start, bool known, const Nodes* held, float* out) {
     const float inv_dx = 1.0f / dx;
-    // Any function has no nodes on the front that mean more than their sign, and no edges to keep.
+    // With Start::function values near 0 mean no more than their sign, and there are no edges to keep.
     const float on_front = start == Start::distance ? static_cast<float>(kOnFront) * dx : 0.0f;
     Lanes lanes;
     Row values;
@@ -290,7 +290,7 @@ void sweep(const Leaf& leaf, const B& block, Whole&& whole, float dx, float back
     }
 }
 
-// Nodes that have come to the background leave the band.
+// Deactivates nodes whose values have reached the background.
 void drop_far(Leaf& leaf, const float* values, float background) {
     Nodes active = leaf.getValueMask();
     for (openvdb::Index row = 0; row < 64; ++row) {
@@ -305,7 +305,7 @@ void drop_far(Leaf& leaf, const float* values, float background) {
     leaf.setValueMask(active);
 }
 
-// Off the band values are the background.
+// Whether no value is NaN or beyond the background, which nodes off the band hold.
 bool all_finite(const float* v, float background) {
     int within = 1;
     for (openvdb::Index n = 0; n < Leaf::SIZE; ++n) within &= std::abs(v[n]) <= background;
@@ -315,7 +315,7 @@ bool all_finite(const float* v, float background) {
 }  // namespace
 
 void redistance(Grid& grid, const Domain& domain, int sweeps, Start start) {
-    // More sweeps read farther than rest was found for, and copies bring theirs from elsewhere.
+    // Marks of rest are for kSweepsAfterTimeStep sweeps; more read farther. Copied grids have old marks.
     if (sweeps != kSweepsAfterTimeStep)
         for (auto leaf = grid.tree().beginLeaf(); leaf; ++leaf) leaf->setTransientData(0);
     std::vector<Leaf*> leaves;
@@ -339,8 +339,8 @@ void redistance(Band& band, Grid& grid, const Domain& domain, int sweeps, Start 
             use(k, std::size_t{band.awake[k]}, *band.leaves[band.awake[k]]);
         });
     };
-    // Every leaf reads its neighbours as they were before the sweep, so that the order of leaves cannot
-    // matter: sweeps go to and fro between two places, and the last one ends in the leaves.
+    // Jacobi sweeps: a leaf reads its neighbours' values of the sweep before, so that the order of leaves
+    // cannot matter. Sweeps alternate between two buffers, and the last one writes to the leaves.
     LeafData now(band.table, band.leaves);
     const auto place = [&](std::size_t k, bool in_leaf) {
         return in_leaf ? band.leaves[band.awake[k]]->buffer().data() : &swept[k * Leaf::SIZE];
@@ -382,8 +382,8 @@ void redistance(Band& band, Grid& grid, const Domain& domain, int sweeps, Start 
                 "a level set value is not finite: a speed or a flux was; check the recipe's rates");
         move_to(to_leaf);
     }
-    // What a leaf that goes was, those around it have read; leaves that the band only grew into for a moment
-    // have been empty before.
+    // Leaves that read a removed one are not at rest. Removed ones that grow() made do not count: they were
+    // missing before, too.
     std::vector<std::uint8_t> gone(empty.size());
     for (std::size_t n = 0; n < gone.size(); ++n) gone[n] = empty[n] && !band.made[n];
     if (std::find(gone.begin(), gone.end(), 1) != gone.end()) {

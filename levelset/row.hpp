@@ -14,7 +14,7 @@ using Row = std::array<float, kLanes>;
 /// A selection of a row's eight nodes: all bits set or none.
 using LaneMask = std::array<std::int32_t, kLanes>;
 
-/// Masks by the row's bits. Loaded whole: masks made lane by lane stall the loads that follow.
+/// The mask of each pattern of eight bits. A table, as masks made lane by lane stall the loads that follow.
 inline constexpr auto kLaneMasks = [] {
     std::array<LaneMask, 256> table{};
     for (std::size_t bits = 0; bits < table.size(); ++bits)

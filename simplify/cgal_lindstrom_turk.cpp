@@ -36,25 +36,24 @@ constexpr std::uint32_t kMoved = 0xffffffffu;
 struct State {
     const Mesh* mesh = nullptr;
     double max_length = 0.0;   ///< only shorter edges collapse
-    std::size_t target = 0;    ///< ends when no more vertices are left
-    std::size_t vertices = 0;  ///< left
-    Vec3 box_min, box_max;     ///< of the input, relative to its centre
-    Vector low, high;          ///< no vertex goes beyond: side planes that hold boundary edges, or infinity
+    std::size_t target = 0;    ///< stops when no more vertices than this are left
+    std::size_t vertices = 0;  ///< vertices left
+    Vec3 box_min, box_max;     ///< bounding box of the input, relative to its centre
+    Vector low, high;          ///< bounds on placements: side planes that hold boundary edges, or infinity
     std::vector<VertexConstraint> constraint;
-    std::vector<std::uint8_t>
-        crowded;  ///< has so many neighbours that its edges stay, which CGAL visits for each
+    std::vector<std::uint8_t> crowded;  ///< whether it has too many triangles for its edges to collapse
     std::vector<std::uint32_t> source;  ///< input vertex whose position it has, or kMoved
     std::uint32_t next_source = kMoved;
 
-    /// The place that an edge may collapse to; nowhere if it is too long for the pass.
+    /// The place that an edge may collapse to; `nowhere` if it is too long.
     MergedPlace place(Vertex a, Vertex b, const Point& p, const Point& q, bool boundary_edge) const {
         if (!(CGAL::squared_distance(p, q) < max_length * max_length)) return MergedPlace::nowhere;
         return merged_place(constraint[a], constraint[b], boundary_edge);
     }
 };
 
-/// Lindstrom-Turk's placement, held to the boundary and to the neighbourhood; none for edges the pass leaves
-/// alone.
+/// Lindstrom-Turk's placement under the boundary's constraints, or the midpoint if that is far away; none for
+/// edges that must not collapse.
 struct Placement {
     const State* state;
     sms::LindstromTurk_placement<Mesh> lindstrom_turk;
@@ -75,8 +74,8 @@ struct Placement {
         return Point(p.x(), p.y(), p.z());
     }
 
-    /// Within the box of the surrounding vertices; half an edge more, since on a curved surface the point
-    /// that keeps the volume lies above them all.
+    /// Whether \p p lies in the bounding box of the surrounding vertices, enlarged by half an edge: on a
+    /// curved surface the point that keeps the volume lies outside of the box itself.
     template <class Profile>
     bool near(const Profile& edge, const Point& p) const {
         CGAL::Bbox_3 box = edge.p0().bbox() + edge.p1().bbox();
@@ -92,9 +91,8 @@ struct Placement {
 
 /// Refuses a collapse that flips a triangle or makes a sliver of it.
 struct ShapeFilter {
-    // Height over longest edge, 3 degrees in a thin triangle. The worst triangle around an edge may not sink
-    // below this, or below what it was: comparing triangle by triangle would protect the slivers that are
-    // there.
+    // Height over longest edge, 3 degrees in a thin triangle. A collapse may not lower the least value around
+    // its edge below this, or further if it is below. A test of each triangle would protect old slivers.
     static constexpr double kMinHeight = 0.05;
 
     const State* state;
@@ -111,7 +109,7 @@ struct ShapeFilter {
             const Shape before = shape(p, state->mesh->point(t.v1), q);
             worst_before = std::min(worst_before, before.height);
             if (i < vanishing) continue;
-            // The second vertex of every triangle that stays is the one that moves.
+            // v1 of every triangle that stays is the vertex that moves.
             const Shape after = shape(p, *place, q);
             worst_after = std::min(worst_after, after.height);
             if (!(after.height > 0.0)) return {};
@@ -123,7 +121,7 @@ struct ShapeFilter {
 
     struct Shape {
         Vector normal;
-        double height;  ///< over the longest edge
+        double height;  ///< divided by the longest edge
     };
     static Shape shape(const Point& a, const Point& b, const Point& c) {
         const Vector u = b - a, v = c - a, w = c - b;
@@ -133,6 +131,7 @@ struct ShapeFilter {
     }
 };
 
+/// Stops at the vertex target.
 struct Stop {
     const State* state;
     template <class Profile>
@@ -141,7 +140,7 @@ struct Stop {
     }
 };
 
-/// Hands the constraints of both ends to the vertex that is kept.
+/// Updates constraints, sources and the vertex count at each collapse.
 struct Visitor : sms::Edge_collapse_visitor_base<Mesh> {
     State* state;
     explicit Visitor(State* s) : state(s) {}
@@ -161,8 +160,8 @@ struct Visitor : sms::Edge_collapse_visitor_base<Mesh> {
     }
 };
 
-/// CGAL collapses edges of no length without asking Placement; those that must not are declared constrained, as
-/// are the edges of crowded vertices.
+/// Edges that CGAL must not collapse: those of crowded vertices, and zero-length edges to which Placement or
+/// Stop would object, because CGAL collapses these without asking.
 struct UntouchableEdges {
     using key_type = Mesh::Edge_index;
     using value_type = bool;
@@ -181,8 +180,7 @@ struct UntouchableEdges {
 
 using Halfedge = Mesh::Halfedge_index;
 
-/// CGAL's half-edge structure from ours. Built by hand: its add_face depends on the order of triangles and
-/// searches.
+/// Makes CGAL's half-edge mesh by hand: its add_face searches and depends on the order of triangles.
 Mesh build(const TriangleMesh& input, const Vec3& centre) {
     const std::vector<std::uint32_t> opposite = opposite_halfedges(input);
     const auto halfedges = static_cast<std::uint32_t>(opposite.size());
@@ -223,11 +221,11 @@ Mesh build(const TriangleMesh& input, const Vec3& centre) {
     return mesh;
 }
 
-/// The mesh in CGAL's structure and what its policies read.
+/// The mesh in CGAL's structure and the state that the policies read.
 struct Engine {
     const TriangleMesh& input;
     sms::internal::LindstromTurk_params weights;
-    // Positions are relative to the centre: the cost's determinants cancel badly far from the origin.
+    // Positions are relative to the centre: far from the origin the cost's determinants cancel badly.
     Vec3 centre = Vec3::Zero();
     Box3 box;
     Mesh mesh;
@@ -248,8 +246,8 @@ struct Engine {
         std::vector<std::uint32_t> triangles(n, 0);
         for (const Triangle& t : input.triangles)
             for (const std::uint32_t v : t) ++triangles[v];
-        constexpr std::uint32_t kCrowd =
-            1000;  // a collapse at a vertex takes time in proportion to its triangles
+        // Most triangles at a vertex whose edges may collapse: CGAL visits them all at each collapse.
+        constexpr std::uint32_t kCrowd = 1000;
         state.crowded.resize(n);
         for (std::size_t v = 0; v < n; ++v) state.crowded[v] = triangles[v] > kCrowd;
         const std::vector<std::uint8_t> frozen = frozen_vertices(input, fixed);
@@ -297,7 +295,7 @@ struct Engine {
             if (state.source[v] != kMoved) return input.vertices[state.source[v]];
             const Point& p = mesh.point(Vertex(v));
             Vec3 position = Vec3(p.x(), p.y(), p.z()) + centre;
-            // Adding the centre back rounds; the side planes must not.
+            // Adding the centre back rounds: put the vertex back into its side planes.
             move_into(state.constraint[v].planes, position, box.min, box.max);
             return position;
         });

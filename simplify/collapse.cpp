@@ -13,23 +13,24 @@ namespace sidewall::simplify {
 namespace {
 
 constexpr std::size_t kEveryVertex = std::numeric_limits<std::size_t>::max();
-// Smaller blocks have more of their vertices on seams; with larger ones, meshes of some ten thousand vertices
-// would not keep all threads busy.
+// Least number of vertices a block. Smaller blocks have more of their vertices on seams; with larger ones,
+// meshes of some ten thousand vertices would not keep all threads busy.
 constexpr std::size_t kBlockVertices = 6000;
 constexpr int kMostCuts = 10;
-/// In place of a block, for vertices that a neighbour in another one lets no block have.
+/// Block index of a vertex on a seam: one with a neighbour in another block.
 constexpr std::uint32_t kSeam = 0xffffffffu;
 
-/// Parts of a mesh in which edges collapse independently of each other, by their vertices, ascending. Vertices
-/// between blocks are the seams, left for the whole mesh.
+/// Vertices of each block, ascending. Edges of different blocks collapse independently of each other.
+/// Vertices on seams belong to no block and are left for run_everywhere().
 using Blocks = std::vector<std::vector<std::uint32_t>>;
 
+/// Plane coordinate[axis] = at.
 struct Cut {
     int axis = 0;
     double at = 0.0;
 };
 
-/// Medians of a sample, one level of the tree after another: node i has children 2 i + 1 and 2 i + 2.
+/// Fills a k-d tree with cuts at the medians of the points; node i has children 2 i + 1 and 2 i + 2.
 void cut(std::vector<Cut>& tree, std::size_t node, std::vector<Vec3>::iterator begin,
          std::vector<Vec3>::iterator end) {
     if (node >= tree.size()) return;
@@ -45,10 +46,10 @@ void cut(std::vector<Cut>& tree, std::size_t node, std::vector<Vec3>::iterator b
     cut(tree, 2 * node + 2, middle, end);
 }
 
-/// Cuts the mesh along axis-parallel planes into blocks of about as many vertices each. A collapse inside a
-/// block touches nothing that one in another block reads. The cuts depend on the mesh alone, never on
-/// the number of threads. No blocks for a mesh too small to be worth it.
-/// \param of  becomes the block of each vertex, or kSeam.
+/// Cuts the mesh along axis-parallel planes into blocks of about equally many vertices. A collapse inside a
+/// block writes nothing that a collapse in another block reads. The cuts depend on the mesh alone, not on the
+/// number of threads. A mesh of fewer than 2 kBlockVertices vertices gets no blocks.
+/// \param of  receives the block of each vertex, or kSeam.
 Blocks make_blocks(const CollapseMesh& mesh, std::vector<std::uint32_t>& of) {
     const auto n = static_cast<std::uint32_t>(mesh.leaving.size());
     std::uint32_t used = 0;
@@ -96,7 +97,7 @@ Blocks make_blocks(const CollapseMesh& mesh, std::vector<std::uint32_t>& of) {
     return blocks;
 }
 
-/// Queues all edges of a worker's block.
+/// Queues the edges of a worker's block that may collapse.
 void fill(const CollapseState& state, const Blocks& blocks, CollapseWorker& worker) {
     const CollapseMesh& mesh = state.mesh;
     for (const std::uint32_t v : blocks[worker.zone]) {
@@ -109,8 +110,9 @@ void fill(const CollapseState& state, const Blocks& blocks, CollapseWorker& work
     }
 }
 
-/// Lets every block collapse up to the cost below which twice as many edges are queued as vertices are to
-/// go, and no more than half of its own: a collapse takes up to three edges along.
+/// Collapses edges in all blocks up to a common cost, below which twice as many edges are queued as vertices
+/// wanted: a collapse removes up to three edges. Each block collapses at most half of its queued edges.
+/// \returns how many vertices it removed.
 std::size_t run_round(CollapseState& state, std::vector<CollapseWorker>& workers, std::size_t wanted) {
     BucketQueue::Bucket limit = 0;
     std::size_t queued = 0;
@@ -136,7 +138,7 @@ std::size_t run_round(CollapseState& state, std::vector<CollapseWorker>& workers
     return std::accumulate(removed.begin(), removed.end(), std::size_t{0});
 }
 
-/// Visits the halfedge that stands for each edge.
+/// Calls \p visit for each edge, with the halfedge that stands for it.
 template <class Visit>
 void each_edge(const CollapseMesh& mesh, const Visit& visit) {
     for (std::uint32_t h = 0; h < mesh.corner.size(); ++h)
@@ -241,7 +243,7 @@ void CollapseEngine::run_blocks(std::size_t excess) {
             [&](std::size_t b) { collapse_queued(state_, workers[b], BucketQueue::kLast, kEveryVertex); },
             tbb::simple_partitioner{});
     } else {
-        // The seams' share is left for later, at the same cost.
+        // The blocks' share of the excess, less 3 %. The seams' share is left for run_everywhere().
         const double share = static_cast<double>(inside) / static_cast<double>(vertices_);
         const auto wanted = static_cast<std::size_t>(0.97 * share * static_cast<double>(excess));
         constexpr int kMostRounds = 16;
@@ -280,7 +282,7 @@ void CollapseEngine::run_everywhere() {
         vertices_ -= removed;
         distances_ = worker.distances;
         std::fill(where_.begin(), where_.end(), BucketQueue::kNone);
-        // A sweep that finds next to nothing is the last one, unless there is a target to meet.
+        // Without a target, a sweep that removes less than a thousandth of the vertices is the last one.
         const bool little = removed * 1000 <= vertices_;
         if (removed == 0 || (little && target == 0) || refused_too_many(state_, worker)) break;
     }
@@ -306,7 +308,7 @@ TriangleMesh CollapseEngine::take_mesh() const {
     const Box3 box = bounding_box(input_);
     return assemble(input_, mesh.corner, [&](std::uint32_t v) {
         if (state_.source[v] != CollapseState::kMoved) return input_.vertices[state_.source[v]];
-        // Adding the centre back rounds; the box and its sides must not.
+        // Adding the centre back rounds: put the vertex back into the box and its side planes.
         Vec3 p = mesh.to_world(mesh.position(v)).cwiseMax(box.min).cwiseMin(box.max);
         move_into(mesh.state[v].constraint.planes, p, box.min, box.max);
         return p;

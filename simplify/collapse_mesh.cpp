@@ -18,12 +18,12 @@ std::string place(const TriangleMesh& mesh, std::uint32_t v) {
     return fmt::format("vertex {} ({:.6g}, {:.6g}, {:.6g})", v, p.x(), p.y(), p.z());
 }
 
-/// Vertex that a halfedge runs to.
+/// End vertex of a halfedge.
 std::uint32_t target_of(const TriangleMesh& mesh, std::uint32_t h) {
     return mesh.triangles[h / 3][CollapseMesh::next(h) % 3];
 }
 
-/// Halfedges leaving each vertex, sorted by the vertex they run to.
+/// Halfedges leaving each vertex, sorted by their end vertices.
 surface::Rows outgoing_halfedges(const TriangleMesh& mesh) {
     surface::Rows out = surface::vertex_corners(mesh);
     tbb::parallel_for(std::size_t{0}, out.size(), [&](std::size_t v) {
@@ -35,7 +35,7 @@ surface::Rows outgoing_halfedges(const TriangleMesh& mesh) {
     return out;
 }
 
-/// Halfedges of a row of outgoing_halfedges that run to \p target.
+/// Halfedges that end at \p target, out of a \p row of outgoing_halfedges().
 std::span<const std::uint32_t> running_to(const TriangleMesh& mesh, std::span<const std::uint32_t> row,
                                           std::uint32_t target) {
     const auto first = std::partition_point(row.begin(), row.end(),
@@ -58,8 +58,8 @@ std::span<const std::uint32_t> running_to(const TriangleMesh& mesh, std::span<co
         edge);
 }
 
-/// Whether the triangles around a vertex form one fan: walking from edge to edge reaches them all.
-/// \returns how many it reaches.
+/// Walks from triangle to triangle around vertex \p v, in both directions if it is on the boundary.
+/// \returns how many triangles it reaches: all of the vertex's if they form a single fan.
 std::uint32_t fan_size(const surface::Rows& out, const std::vector<std::uint32_t>& opposite,
                        std::uint32_t v) {
     const std::uint32_t first = out[v].front();
@@ -71,9 +71,9 @@ std::uint32_t fan_size(const surface::Rows& out, const std::vector<std::uint32_t
     return reached;
 }
 
-/// A power of two that brings the mean edge near to one.
+/// A power of two that scales the mean edge length to about 1.
 double unit_scale(const TriangleMesh& mesh) {
-    // A thousand edges give the magnitude.
+    // About a thousand edges suffice for the order of magnitude.
     const std::size_t stride = std::max<std::size_t>(1, mesh.triangles.size() / 1000);
     double sum = 0.0, count = 0.0;
     for (std::size_t t = 0; t < mesh.triangles.size(); t += stride) {
@@ -115,7 +115,7 @@ std::vector<std::uint32_t> opposite_halfedges(const TriangleMesh& mesh) {
     std::vector<std::uint32_t> opposite(out.items.size(), kNoHalfedge);
     std::atomic<bool> sound = true;
     tbb::parallel_for(std::uint32_t{0}, vertices, [&](std::uint32_t v) {
-        std::uint32_t before = v;  // no halfedge runs there
+        std::uint32_t before = v;  // no halfedge of v ends at v
         for (const std::uint32_t h : out[v]) {
             const std::uint32_t w = target_of(mesh, h);
             if (w == before) sound = false;
@@ -124,7 +124,7 @@ std::vector<std::uint32_t> opposite_halfedges(const TriangleMesh& mesh) {
             if (!back.empty()) opposite[h] = back.front();
         }
     });
-    if (!sound)  // name the first place
+    if (!sound)  // report the first bad edge
         for (std::uint32_t h = 0; h < opposite.size(); ++h) {
             const std::uint32_t a = mesh.triangles[h / 3][h % 3], b = target_of(mesh, h);
             const std::size_t same = running_to(mesh, out[a], b).size(),
@@ -185,7 +185,7 @@ CollapseMesh::CollapseMesh(const TriangleMesh& input) {
                       [&](std::uint32_t v) { sums[v].position = to_mesh(input.vertices[v]); });
     for (std::uint32_t h = 0; h < corner.size(); ++h) {
         corner[h] = input.triangles[h / 3][h % 3];
-        // On the boundary the fan must begin at its first edge, the one without a triangle on its right.
+        // At a boundary vertex the fan begins with the boundary edge that leaves it.
         if (leaving[corner[h]] == kNoHalfedge || opposite[h] == kNoHalfedge) leaving[corner[h]] = h;
     }
     for (std::uint32_t h = 0; h < corner.size(); ++h)
@@ -250,16 +250,16 @@ void CollapseMesh::unlink(std::uint32_t h, const OneRing& end_ring) {
     std::uint32_t first_of_v1 = leaving[v1], inner = kNoHalfedge;
     for (std::uint32_t i = 0; i < end_ring.triangles; ++i) corner[end_ring.out[i]] = v0;
 
-    // Triangle v0, v1, vl left of h: its two other edges become one.
+    // Triangle (v0, v1, vl), left of h, vanishes: its two other edges become one.
     const std::uint32_t v1_vl = next(h), vl_v0 = previous(h), vl = corner[vl_v0];
     const std::uint32_t vl_v1 = opposite[v1_vl], v0_vl = opposite[vl_v0];
     if (vl_v1 != kNoHalfedge) opposite[vl_v1] = v0_vl;
     if (v0_vl != kNoHalfedge) opposite[v0_vl] = vl_v1;
     if (leaving[vl] == vl_v0) leaving[vl] = vl_v1;
-    if (first_of_v1 == v1_vl) first_of_v1 = v0_vl;  // v1 vl was the boundary; now v0 vl is
+    if (first_of_v1 == v1_vl) first_of_v1 = v0_vl;  // v1 vl was a boundary edge: v0 vl becomes one
     inner = v0_vl;
     if (other != kNoHalfedge) {
-        // Triangle v1, v0, vr on the other side.
+        // Triangle (v1, v0, vr), right of h, vanishes.
         const std::uint32_t v0_vr = next(other), vr_v1 = previous(other), vr = corner[vr_v1];
         const std::uint32_t vr_v0 = opposite[v0_vr], v1_vr = opposite[vr_v1];
         if (vr_v0 != kNoHalfedge) opposite[vr_v0] = v1_vr;
@@ -269,7 +269,7 @@ void CollapseMesh::unlink(std::uint32_t h, const OneRing& end_ring) {
         for (std::uint32_t k = 0; k < 3; ++k) corner[other / 3 * 3 + k] = kNoHalfedge;
     }
     for (std::uint32_t k = 0; k < 3; ++k) corner[h / 3 * 3 + k] = kNoHalfedge;
-    // The boundary goes on where it left v1, if v1 lay on it; else where it left v0.
+    // If v1 was on the boundary, v0 begins with the boundary edge that left v1; else v0 keeps its own.
     if (v1_boundary) leaving[v0] = first_of_v1;
     if (!v0_boundary && !v1_boundary) leaving[v0] = inner;
     leaving[v1] = kNoHalfedge;

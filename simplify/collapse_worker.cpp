@@ -7,8 +7,9 @@
 namespace sidewall::simplify {
 namespace {
 
-constexpr int kTwice = 8;  // buckets an eighth of a power of two wide
+constexpr int kTwice = 8;  // buckets from a cost to twice that cost
 
+/// Whether zone, region, degrees, constraints and length allow an edge to collapse in this pass.
 bool may_collapse(const CollapseState& state, std::uint32_t h, std::uint32_t zone) {
     const CollapseMesh& mesh = state.mesh;
     const std::uint32_t v0 = mesh.start(h), v1 = mesh.end(h);
@@ -27,10 +28,9 @@ bool may_collapse(const CollapseState& state, std::uint32_t h, std::uint32_t zon
     return length2 < most * most;
 }
 
-/// Queues an edge again at twice its cost if a collapse would leave a witness far from the surface; else its
-/// start keeps the farther of the two witnesses. Does nothing under a bound on the error, which measures all
-/// points.
-/// \returns whether it is queued again.
+/// Queues an edge again at twice its cost if its collapse would leave a witness far from the surface; else
+/// gives its start the farther witness of both ends. Only with defer_outliers, and without an error bound.
+/// \returns whether the edge is queued again.
 bool defer(CollapseState& state, CollapseWorker& worker, std::uint32_t edge, const Candidate& candidate,
            BucketQueue::Bucket bucket) {
     if (state.deviation || !state.pass.defer_outliers) return false;
@@ -48,10 +48,10 @@ bool defer(CollapseState& state, CollapseWorker& worker, std::uint32_t edge, con
     return false;
 }
 
-/// Under a bound on the error, queues an edge again, at a greater cost the more points of the original keep to
-/// what is around it beyond some thousands: on a flat fan one vertex would take in all others one by one, and
-/// each time all points would be measured.
-/// \returns whether it is queued again.
+/// If the error is bounded and over 2047 points of the original belong to the triangles around an edge,
+/// queues it again at a cost that doubles with their number. Otherwise one vertex of a flat region would
+/// absorb its neighbours one by one, and each collapse would measure all these points.
+/// \returns whether the edge is queued again.
 bool wait(const CollapseState& state, CollapseWorker& worker, std::uint32_t edge, BucketQueue::Bucket now,
           BucketQueue::Bucket bucket) {
     constexpr std::size_t kMany = 2048;
@@ -64,14 +64,15 @@ bool wait(const CollapseState& state, CollapseWorker& worker, std::uint32_t edge
     return true;
 }
 
-/// Whether all stays within the error bound; can_collapse() has passed.
+/// Whether the collapse keeps to the error bound.
+/// \pre can_collapse() has filled in \p s.
 bool within_bound(const CollapseState& state, std::uint32_t h, const Vec3& place, Surroundings& s) {
     return !state.deviation ||
            state.deviation->within(state.max_error, state.mesh, state.mesh.start(h), state.mesh.end(h), place,
                                    s.triangles_moved(), s.triangles_gone(), s.plan);
 }
 
-/// Collapses an edge that passed can_collapse() and within_bound().
+/// Collapses an edge that has passed can_collapse() and within_bound().
 void collapse(CollapseState& state, std::uint32_t h, const Vec3& place, const Surroundings& s) {
     CollapseMesh& mesh = state.mesh;
     const std::uint32_t v0 = mesh.start(h), v1 = mesh.end(h);
@@ -83,7 +84,7 @@ void collapse(CollapseState& state, std::uint32_t h, const Vec3& place, const Su
     collapse_edge(mesh, h, place, s);
 }
 
-/// Reports how many vertices are left, unless another thread is doing so just then.
+/// Reports how many vertices are left, unless another thread is reporting at the moment.
 void report(CollapseState& state, std::size_t removed) {
     const std::size_t left = state.reported -= removed;
     if (!state.reporting.try_lock()) return;
@@ -91,7 +92,7 @@ void report(CollapseState& state, std::size_t removed) {
     state.reporting.unlock();
 }
 
-/// Queues the edges around a vertex at their costs now.
+/// Queues the edges around a vertex at their present costs.
 void queue_around(const CollapseState& state, CollapseWorker& worker, std::uint32_t vertex) {
     OneRing& ring = worker.around.start;
     state.mesh.ring(vertex, ring);

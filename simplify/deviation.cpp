@@ -25,7 +25,7 @@ double distance2_to_triangle(const Vec3& a, const Vec3& b, const Vec3& c) {
     const double va = d3 * d6 - d5 * d4;
     if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0)
         return (b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b)).squaredNorm();
-    // The point itself, not the plane: of a triangle next to none the plane is noise, a point of it is not.
+    // Distance to the closest point: the plane of a nearly degenerate triangle is only rounding noise.
     const double sum = va + vb + vc;
     return (a + vb / sum * ab + vc / sum * ac).squaredNorm();
 }
@@ -83,7 +83,7 @@ bool Deviation::within(double limit, const CollapseMesh& mesh, std::uint32_t a, 
     };
     const auto find = [&](std::uint32_t point, std::size_t guess) {
         const Vec3& p = points_[point];
-        // Near enough is good enough: looking further for the nearest one makes no better mesh.
+        // Any triangle within a quarter of the limit will do: the closest one makes no better mesh.
         const double enough = 0.0625 * limit2;
         double best = kInfinity;
         std::uint32_t triangle = kNone;
@@ -144,7 +144,7 @@ void RecentDistances::add(double distance2) {
 }
 
 double RecentDistances::limit2() const {
-    // Few vertices of a rough surface are farther than this; less than the least is rounding.
+    // On a rough surface few are farther than kOutlier times the rms; less than kLeast is rounding.
     constexpr double kOutlier = 2.5, kLeast = 1e-5, kEnough = 200.0;
     return count < kEnough ? kInfinity : std::max(kOutlier * kOutlier * mean2, kLeast * kLeast);
 }

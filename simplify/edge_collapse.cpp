@@ -6,15 +6,15 @@
 namespace sidewall::simplify {
 namespace {
 
-// sin^2 of 5 degrees, below which a triangle is a sliver. The least angle around an edge may not sink below
-// this, or below what it was: comparing triangle by triangle would protect the slivers that are there.
+// sin^2 of 5 degrees: a triangle with a smaller angle is a sliver. A collapse may not lower the least angle
+// around its edge below this, or further if it is below. A test of each triangle would protect slivers.
 constexpr double kSliver = 0.0871557 * 0.0871557;
 
-// Cosine between the normals of neighbours, below which the surface folds back on itself: rounding aside,
-// such sheets lie on or in each other, and a particle slips through them.
+// Cosine between the normals of neighbours below which the surface folds back on itself. To within rounding,
+// such sheets touch or cross, and a particle slips through.
 constexpr double kFold = -0.8;
 
-/// Whether two of the triangles from \p first to \p last that share an edge at the vertex they hang on fold.
+/// Whether any two neighbours among the moved triangles from \p first to \p last form a fold.
 bool folds(const Surroundings& s, std::size_t first, std::size_t last, Vec3 Change::*normal) {
     for (std::size_t i = first; i < last; ++i)
         for (std::size_t j = first; j < last; ++j) {
@@ -26,15 +26,14 @@ bool folds(const Surroundings& s, std::size_t first, std::size_t last, Vec3 Chan
     return false;
 }
 
-/// sin^2 of a triangle's least angle, the one between its two longer edges. \p normal is twice its area
-/// vector.
+/// sin^2 of a triangle's least angle, between its two longer edges. \p normal is twice its area vector.
 double least_angle(const Vec3& normal, const Vec3& a, const Vec3& b, const Vec3& c) {
     const double ab = (b - a).squaredNorm(), bc = (c - b).squaredNorm(), ca = (a - c).squaredNorm();
     const double longer = std::max({ab * bc, bc * ca, ca * ab});
     return longer > 0.0 ? normal.squaredNorm() / longer : 0.0;
 }
 
-/// Whether the least angle around an edge is no more than \p angle as it is now.
+/// Whether the least angle around an edge is at most \p angle (as sin^2) before the collapse.
 bool as_sharp_now(const CollapseMesh& mesh, std::uint32_t v0, std::uint32_t v1, const Surroundings& s,
                   double angle) {
     for (const auto& [v, ring] : {std::pair{v0, &s.start}, {v1, &s.end}})
@@ -46,6 +45,7 @@ bool as_sharp_now(const CollapseMesh& mesh, std::uint32_t v0, std::uint32_t v1, 
     return false;
 }
 
+/// Tests shape, orientation and side planes of the triangles that stay. Fills in `moved` and `changes`.
 bool keeps_shape(const CollapseMesh& mesh, std::uint32_t v0, std::uint32_t v1, const Vec3& place,
                  Surroundings& s) {
     double worst = kSliver;
@@ -57,7 +57,7 @@ bool keeps_shape(const CollapseMesh& mesh, std::uint32_t v0, std::uint32_t v1, c
         for (std::uint32_t i = 0; i < ring->triangles; ++i) {
             const std::uint32_t u = ring->neighbours[i], w = ring->neighbours[i + 1 < ring->size ? i + 1 : 0];
             if (u == other || w == other) continue;
-            // All in one side plane it would close the side: nothing arrives there.
+            // A triangle in a side plane would close off the side; no particle arrives there.
             if (const int side = mesh.state[u].constraint.planes & mesh.state[w].constraint.planes & planes;
                 side != 0 && (side & mesh.state[v].constraint.planes) == 0)
                 return false;

@@ -8,13 +8,13 @@
 
 namespace sidewall::simplify {
 
-/// Twice the area vector of a triangle that stays, before and after a collapse.
+/// Twice the area vector of a remaining triangle before and after a collapse.
 struct Change {
     Vec3 before, after;
 };
 
-/// Everything around an edge that is about to collapse: halfedge h from v0 to v1. v0 moves to the new place;
-/// v1 and the triangles tl and tr go. At a boundary edge there are only vl and tl.
+/// The triangles around an edge that is about to collapse: halfedge h from v0 to v1. v0 moves to the new
+/// place; v1 and the triangles tl and tr vanish. At a boundary edge there are only vl and tl.
 /// \verbatim
 ///         vl
 ///       .'  '.
@@ -25,7 +25,7 @@ struct Change {
 ///         vr
 /// \endverbatim
 struct Surroundings {
-    OneRing start, end;  ///< around v0 and v1
+    OneRing start, end;  ///< rings of v0 and v1
     std::array<MovedTriangle, 2 * OneRing::kMost> moved;
     std::array<Change, 2 * OneRing::kMost> changes;
     std::size_t count = 0;                ///< entries of `moved` and of `changes`
@@ -38,14 +38,13 @@ struct Surroundings {
     std::span<const std::uint32_t> triangles_gone() const { return std::span(gone).first(apexes); }
 };
 
-/// Whether an edge can go to \p place without damage: the link condition holds, no triangle turns by 90
-/// degrees or more, none becomes a sliver or a worse one or comes to lie in a side plane, no neighbours fold that
-/// did not before. Fills in the surroundings, all but the plan. O(degree).
+/// Whether an edge can collapse to \p place without damage to the mesh: the link condition holds, no triangle
+/// turns by 90 degrees or more, becomes a sliver (or a worse one) or comes to lie in a side plane, and no new
+/// fold appears between neighbours. Fills in the surroundings except the plan. O(degree).
 bool can_collapse(const CollapseMesh& mesh, std::uint32_t halfedge, const Vec3& place, Surroundings& around);
 
-/// Collapses it: its start moves to \p place, its end and the one or two triangles beside it go, all sums
-/// follow.
-/// \pre can_collapse has just passed. O(degree).
+/// Collapses an edge: its start moves to \p place, its end and the triangles beside it vanish. O(degree).
+/// \pre can_collapse() has just returned true for it.
 void collapse_edge(CollapseMesh& mesh, std::uint32_t halfedge, const Vec3& place, const Surroundings& around);
 
 }  // namespace sidewall::simplify

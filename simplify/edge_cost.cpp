@@ -6,38 +6,39 @@
 namespace sidewall::simplify {
 namespace {
 
-/// Strength of the pull towards the neighbours' middle, of the quadric's trace: enough to hold what rounding
-/// and grid noise leave undetermined.
+/// Strength of the pull towards the neighbours' mean, relative to the quadric's trace: enough to fix
+/// directions that only rounding and grid noise determine.
 constexpr double kPull = 1e-5;
-/// How many times farther than its neighbours a vertex may go. Nearer bounds cut sharp corners off: there the
-/// optimum lies far out until the next collapse, and the midpoint inside of the corner.
+/// Bound on the distance of the place from the edge's midpoint, in root mean square distances of the
+/// neighbours. A smaller bound cuts off sharp corners: the optimum there lies far out until the next
+/// collapse, the midpoint inside of the corner.
 constexpr double kReach = 10.0;
-/// The trace of shape cost in every edge; edges are about one long.
+/// Weight of the shape cost in every edge, to break ties; edges are about 1 long in CollapseMesh.
 constexpr double kTieBreak = 1e-11;
-/// sin^2 of 5 degrees: a triangle is a needle if the angle opposite to its short edge is less.
+/// sin^2 of 5 degrees: a triangle is a needle if the angle opposite to the edge is less.
 constexpr double kNeedle = 0.0871557 * 0.0871557;
-/// Squared ratio of edges above which it is none: spares the test.
+/// Squared ratio of the edge to another one of its triangle, above which that is no needle: spares a test.
 constexpr double kShort = 0.03;
-/// Factor on the cost of the short edge of a needle. Anything from a tenth to a thousandth does the same.
+/// Factor on the cost of the short edge of a needle. Factors from a tenth to a thousandth give the same mesh.
 constexpr double kNeedleCost = 1.0 / 16.0;
 
-/// The quadratic form x H x - 2 g x + c, x relative to the edge's start: the sum of the squared volumes swept
-/// (times 36), and what bounds and pulls the place.
+/// The quadratic form x H x - 2 g x + c, with x relative to the edge's start: the sum of the squared volumes
+/// swept (times 36). Further the volume constraint and the neighbours' mean and spread.
 struct Form {
     Symmetric3 h;
     Vec3 g;
     double c;
-    Vec3 normal;  ///< normal . x = offset keeps the volume
+    Vec3 normal;  ///< the plane normal . x = offset keeps the volume
     double offset;
-    Vec3 along;  ///< end - start
+    Vec3 along;  ///< edge vector, end - start
     double length2;
-    Vec3 middle;          ///< of the neighbours
-    double count;         ///< neighbours
+    Vec3 middle;          ///< mean position of the neighbours
+    double count;         ///< number of neighbours
     double spread2;       ///< mean squared distance of the neighbours from the start
-    bool needle = false;  ///< a triangle that goes is one
+    bool needle = false;  ///< whether a triangle that vanishes is a needle
 };
 
-/// Sums of both ends, the one or two triangles they share counted once.
+/// Adds the sums of both ends of an edge and counts the one or two triangles that they share once.
 Form form_of(const CollapseMesh& mesh, std::uint32_t h) {
     const std::uint32_t a = mesh.start(h), b = mesh.end(h);
     const VertexSums &s = mesh.sums[a], &e = mesh.sums[b];
@@ -75,11 +76,11 @@ Form form_of(const CollapseMesh& mesh, std::uint32_t h) {
     return f;
 }
 
-/// Least of the form on the plane that keeps the volume.
+/// Minimum of the form on the plane that keeps the volume.
 Vec3 place_inside(const Form& f) {
     const double trace = f.h.trace(), pull = kPull * trace;
     const double square = f.normal.squaredNorm();
-    // On a fold so sharp that the areas cancel there is no volume to keep.
+    // Where area vectors cancel, as at a sharp fold, that plane is undefined: take the minimum in space.
     if (!(square > 1e-6 * trace)) {
         Eigen::Matrix3d m;
         m << f.h.xx + pull, f.h.xy, f.h.xz, f.h.xy, f.h.yy + pull, f.h.yz, f.h.xz, f.h.yz, f.h.zz + pull;
@@ -87,8 +88,8 @@ Vec3 place_inside(const Form& f) {
     }
     const double inverse = 1.0 / std::sqrt(square);
     const Vec3 n = f.normal * inverse, base = n * (f.offset * inverse);
-    // A frame of the plane, as surface/basis.hpp makes it. Written out: a call would move the compiler's
-    // fused multiply-adds, and with them the last bits of every mesh.
+    // An orthonormal basis of the plane, as in surface/basis.hpp. Written out: a call would move the
+    // compiler's fused multiply-adds, and with them the last bits of every mesh.
     const double sign = std::copysign(1.0, n.z()), p = -1.0 / (sign + n.z()), q = n.x() * n.y() * p;
     const Vec3 u(1.0 + sign * n.x() * n.x() * p, sign * q, -sign * n.x());
     const Vec3 v(q, sign + n.y() * n.y() * p, -n.y());
@@ -98,14 +99,14 @@ Vec3 place_inside(const Form& f) {
     return base + (u * (ru * vv - rv * uv) + v * (rv * uu - ru * uv)) / determinant;
 }
 
-/// The boundary edges at both ends of an edge, for the area they sweep.
+/// Sum x h x - 2 g x + c of the squared areas swept by the boundary edges at both ends of an edge (times 4).
 struct BoundaryForm {
     Symmetric3 h;
     Vec3 g = Vec3::Zero();
     double c = 0.0;
     Vec3 sum = Vec3::Zero(), moment = Vec3::Zero();
 
-    /// An edge from p, running along d: |d x (x - p)|^2.
+    /// Adds |d x (x - p)|^2 for a boundary edge that starts at p, with edge vector d.
     void add(const Vec3& p, const Vec3& d) {
         h.add_cross(d, 1.0);
         const Vec3 m = d.cross(p);
@@ -133,14 +134,13 @@ BoundaryForm boundary_form(const CollapseMesh& mesh, std::uint32_t h) {
             out = mesh.opposite[last];
         } while (out != kNoHalfedge);
         add(v, mesh.end(first));
-        // The edge between the two is already the first one of the other.
+        // Skip the collapsing edge itself: the other end adds it as its first one.
         if (const std::uint32_t before = mesh.start(last); before != a && before != b) add(before, v);
     }
     return form;
 }
 
-/// Least of volume and boundary form together on the line that keeps the boundary's area; that line as a
-/// stiff spring.
+/// Minimum of volume and boundary forms; a stiff penalty keeps it on the line of equal boundary area.
 Vec3 place_on_boundary(const Form& f, const BoundaryForm& b, const Weights& w) {
     constexpr double kStiff = 1e4;
     const double boundary = 9.0 * std::max(w.boundary, 1e-3) * f.length2;
@@ -172,9 +172,8 @@ Candidate edge_cost(const CollapseMesh& mesh, std::uint32_t h, const Weights& we
     } else {
         boundary = boundary_form(mesh, h);
         const VertexKind kind_a = mesh.state[a].constraint.kind, kind_b = mesh.state[b].constraint.kind;
-        // One end off the boundary; the stronger of two kinds; two vertices at one corner; along the
-        // boundary. Fewer branches would say the same, but move the compiler's fused multiply-adds in all
-        // costs, and with them the last bits of every mesh.
+        // Cases: one end off the boundary; two kinds; two corner vertices; along the boundary. Fewer branches
+        // would move the compiler's fused multiply-adds, and with them the last bits of every mesh.
         // NOLINTBEGIN(bugprone-branch-clone)
         if ((kind_a == VertexKind::interior) != (kind_b == VertexKind::interior))
             x = place == MergedPlace::start ? Vec3(Vec3::Zero()) : f.along;
@@ -186,7 +185,7 @@ Candidate edge_cost(const CollapseMesh& mesh, std::uint32_t h, const Weights& we
             x = place_on_boundary(f, boundary, weights);
         // NOLINTEND(bugprone-branch-clone)
     }
-    // Within reach of the midpoint, measured by the neighbours' mean distance; NaN is caught, too.
+    // A place out of reach (kReach), or not a number, becomes the midpoint.
     const Vec3 half = 0.5 * f.along;
     const double reach2 = f.spread2 - 2.0 * half.dot(f.middle) + half.squaredNorm();
     if (f.length2 == 0.0)
@@ -196,7 +195,7 @@ Candidate edge_cost(const CollapseMesh& mesh, std::uint32_t h, const Weights& we
 
     Candidate result;
     result.place = x + origin;
-    // Ends that are kept stay as they are; all else is held in the box and in the side planes.
+    // An end that is kept stays bit for bit; any other place is clamped to the box and the side planes.
     if (x.isZero(0.0)) {
         result.place = origin;
     } else if (x == f.along) {

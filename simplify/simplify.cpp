@@ -27,12 +27,13 @@ Result collapse_by_method(const TriangleMesh& mesh, std::span<const std::uint8_t
                                                          : simplify_lindstrom_turk(mesh, options);
 }
 
+/// Region schedule: edge lengths, error bound and vertex target, in the mesh's own unit.
 struct Schedule {
     double l0, growth, l_max, max_error;
     std::size_t target;
 };
 
-/// Too small a growth of the allowed length would mean a pass for every single vertex.
+/// Refuses a step so small that the schedule would need thousands of passes.
 void check_growth(const TriangleMesh& mesh, double growth) {
     constexpr double kShortest = 1e-3;
     const double mean = base_length(mesh, {}, {});
@@ -43,14 +44,13 @@ void check_growth(const TriangleMesh& mesh, double growth) {
             growth, kShortest, mean);
 }
 
-/// The next length of the schedule at which an edge of length \p shortest may collapse: no pass without
-/// effect before it.
+/// The first length of the schedule at which an edge of length \p shortest may collapse: skips idle passes.
 double length_beyond(double shortest, const Schedule& s) {
     const double length = s.l0 + s.growth * (std::floor((shortest - s.l0) / s.growth) + 1.0);
     return std::max(length, std::nextafter(shortest, kInfinity));
 }
 
-/// One run of the schedule.
+/// Runs the schedule once: l0 on the whole mesh, then growing lengths in a shrinking transition region.
 /// \returns how many vertices it removed.
 std::size_t run_schedule(CollapseEngine& engine, const Schedule& s, std::vector<PassReport>& passes) {
     std::size_t total = 0;
@@ -78,7 +78,7 @@ std::size_t run_schedule(CollapseEngine& engine, const Schedule& s, std::vector<
     return total;
 }
 
-/// Edges from the nearest feature; the largest number where none can be reached.
+/// Number of edges from each vertex to the nearest feature; the largest uint32 where none can be reached.
 std::vector<std::uint32_t> hops_to_features(const TriangleMesh& mesh,
                                             std::span<const std::uint8_t> features) {
     constexpr std::uint32_t kFar = std::numeric_limits<std::uint32_t>::max();
@@ -94,6 +94,7 @@ std::vector<std::uint32_t> hops_to_features(const TriangleMesh& mesh,
     return hops;
 }
 
+/// Allowed edge length per vertex: l0 at features, plus the step per edge, at most l_max if no target.
 std::vector<double> graded_lengths(const TriangleMesh& mesh, std::span<const std::uint8_t> features,
                                    const Options& options) {
     const std::vector<std::uint32_t> hops = hops_to_features(mesh, features);
@@ -187,15 +188,16 @@ Result simplify_regions_bounded(const TriangleMesh& mesh, std::span<const std::u
         run({.max_length = options.l_max.value_or(kInfinity), .max_error = max_error});
     } else {
         const std::size_t target = *options.target_vertices;
-        // The first bound is what the removal of four fifths takes on a rough surface; for less, it falls
-        // with the square of the share.
+        // First error bound: kFirstError (l0 + step) is what removing four fifths (kMuch) takes on a rough
+        // surface; it falls with the square of the share to remove.
         constexpr double kFirstError = 0.008, kMuch = 0.8, kMuchLooser = 1.5, kLooser = 1.25,
                          kLittleLooser = 1.08;
         const double share = 1.0 - static_cast<double>(target) /
                                        static_cast<double>(std::max<std::size_t>(1, mesh.vertices.size()));
         const double usual = kFirstError * (options.l0.value_or(0.0) + *options.step);
         const double first = usual * std::pow(std::clamp(share / kMuch, 0.5, 1.0), 2.0);
-        // The first bound is near to none; after the last the target is out of reach.
+        // Enough rounds to relax even a first bound near 0. The last one has the full max_error: a target
+        // that it misses is out of reach.
         constexpr int kMostRounds = 80;
         double error = std::min(max_error, first), factor = 1.0;
         for (int round = 0; round < kMostRounds; ++round) {
@@ -208,12 +210,12 @@ Result simplify_regions_bounded(const TriangleMesh& mesh, std::span<const std::u
             if (engine.vertex_count() <= target) break;
             const bool stuck = result.passes.back().removed == 0 && error >= max_error;
             if (stuck && !has_features) break;
-            // Grow in large steps while the bound is small by itself.
+            // While the bound is below the usual one, relax it in large steps and leave the lengths alone.
             if (error < usual) {
                 error = std::min({max_error, usual, kMuchLooser * error});
                 continue;
             }
-            // Near the target a large factor would remove more than it takes.
+            // Close to the target relax little, so that the bounds are no looser than the target needs.
             const bool near = 0.9 * static_cast<double>(engine.vertex_count()) < static_cast<double>(target);
             const double looser = near ? kLittleLooser : kLooser;
             error = std::min(max_error, error * looser);

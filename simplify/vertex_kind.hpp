@@ -9,42 +9,42 @@
 
 namespace sidewall::simplify {
 
-/// Constraint of a vertex in an edge collapse, from weak to strong: a merged vertex has the stronger of the two.
+/// Constraint of a vertex in edge collapses, from weak to strong. A merged vertex has the stronger of both.
 enum class VertexKind : std::uint8_t {
-    interior,  ///< off the open boundary: nothing holds it
-    boundary,  ///< on the open boundary, in no side plane, e.g. around a hole: it may move along the boundary
-    side,      ///< on the boundary, in side planes across one axis: likewise, and it stays in the plane
-    corner,    ///< on the boundary, in side planes across x and y: it stays where it is
+    interior,  ///< off the open boundary: free
+    boundary,  ///< on the open boundary, in no side plane, e.g. around a hole: may move along the boundary
+    side,      ///< on the boundary, in side planes across one axis: may move along the boundary, in its plane
+    corner,    ///< on the boundary, in side planes across x and y: stays where it is
     frozen     ///< where materials meet, or fixed by the caller: no edge that ends here collapses
 };
 
-/// Side planes of the mesh's box, as bits. A mesh of no extent along an axis lies in both planes across it.
+/// Side planes of the mesh's box, as bits. A mesh without extent along an axis lies in both its planes.
 enum SidePlane : std::uint8_t { kMinX = 1, kMaxX = 2, kMinY = 4, kMaxY = 8 };
 
 struct VertexConstraint {
     VertexKind kind = VertexKind::interior;
-    std::uint8_t planes = 0;  ///< SidePlanes it must not leave; none off the boundary
+    std::uint8_t planes = 0;  ///< SidePlane bits it must not leave; 0 off the boundary
 };
 
 /// The place allowed for the vertex that an edge collapses into.
 enum class MergedPlace : std::uint8_t {
     nowhere,   ///< the edge must not collapse
-    start,     ///< at the edge's start, as it is
-    end,       ///< at the edge's end, as it is
-    boundary,  ///< where the boundary loses the least, in the side planes of both ends
-    free       ///< wherever the surface loses the least
+    start,     ///< at the edge's start, unchanged
+    end,       ///< at the edge's end, unchanged
+    boundary,  ///< at the optimum on the boundary, in the side planes of both ends
+    free       ///< at the optimum in space
 };
 
 namespace detail {
 
 using enum MergedPlace;
 
-// Kind by kind, after kCanCollapse of meshoptimizer's simplifier.cpp.
+// Allowed place by the kinds of both ends, after kCanCollapse of meshoptimizer's simplifier.cpp.
 // - No end on the boundary: the place is free.
-// - One end on the boundary: that one stays, or the boundary would be drawn inwards.
-// - Both on it and of one kind: along it. Of two vertices at one corner of the box, one above the other where
-//   two sides meet, either may go.
-// - Both on it and of two kinds: the stronger stays; elsewhere it would leave a plane.
+// - One end on the boundary: it stays, or the boundary would be drawn inwards.
+// - Both ends on the boundary, same kind: the vertex moves along the boundary. Two corner vertices, one above
+//   the other where two sides meet: the start stays.
+// - Both ends on the boundary, different kinds: the stronger one stays; any other place would leave a plane.
 // clang-format off
 inline constexpr MergedPlace kMergedPlace[5][5] = {
     // start \ end    interior  boundary  side      corner   frozen
@@ -57,10 +57,10 @@ inline constexpr MergedPlace kMergedPlace[5][5] = {
 
 }  // namespace detail
 
-/// The place allowed for the vertex that an edge collapses into, by the constraints of its ends. It is nowhere,
-/// too, if both lie on the boundary but the edge runs through the interior, where the collapse would pinch the
-/// surface; and if no end lies in all the planes that hold either, e.g. across from one side to the next.
-/// \param boundary_edge  the edge itself is one of the open boundary.
+/// The place allowed for the vertex that an edge collapses into: kMergedPlace of its ends, but `nowhere` if
+/// both lie on the boundary and the edge runs through the interior (the collapse would pinch the surface), or
+/// if the end kept does not lie in the side planes of both, e.g. for an edge from one side to the next.
+/// \param boundary_edge  whether the edge itself lies on the open boundary.
 inline MergedPlace merged_place(const VertexConstraint& start, const VertexConstraint& end,
                                 bool boundary_edge) {
     const MergedPlace place =
@@ -70,7 +70,7 @@ inline MergedPlace merged_place(const VertexConstraint& start, const VertexConst
     return boundary_edge && (start.planes | end.planes) == kept ? place : MergedPlace::nowhere;
 }
 
-/// The constraint of the vertex that two were merged into.
+/// The constraint of the vertex that two vertices were merged into.
 inline VertexConstraint merged(const VertexConstraint& a, const VertexConstraint& b) {
     return {std::max(a.kind, b.kind), static_cast<std::uint8_t>(a.planes | b.planes)};
 }
@@ -85,7 +85,7 @@ inline VertexConstraint boundary_constraint(const Vec3& p, const Box3& box) {
     return {kind, static_cast<std::uint8_t>(min_x * kMinX + max_x * kMaxX + min_y * kMinY + max_y * kMaxY)};
 }
 
-/// Moves \p p into the given side planes of the box from \p low to \p high.
+/// Moves \p p into the side planes \p planes (SidePlane bits) of the box from \p low to \p high.
 inline void move_into(int planes, Vec3& p, const Vec3& low, const Vec3& high) {
     if (planes & kMinX) p.x() = low.x();
     if (planes & kMaxX) p.x() = high.x();
@@ -93,10 +93,10 @@ inline void move_into(int planes, Vec3& p, const Vec3& low, const Vec3& high) {
     if (planes & kMaxY) p.y() = high.y();
 }
 
-/// Flags the vertices that no collapse may touch: those where triangles of different `material` meet, and those
-/// with \p fixed set, one flag a vertex or empty.
-/// \throws GeometryError if `material` is not one finite number a triangle or \p fixed has another length than
-///         the vertices.
+/// Flags the vertices that no collapse may touch: where triangles of different `material` meet, or where
+/// \p fixed (one flag a vertex, or empty) is set.
+/// \throws GeometryError if `material` is not one finite number a triangle or \p fixed has another length
+///         than the vertices.
 std::vector<std::uint8_t> frozen_vertices(const TriangleMesh& mesh, std::span<const std::uint8_t> fixed);
 
 }  // namespace sidewall::simplify

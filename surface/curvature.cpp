@@ -18,7 +18,7 @@ namespace {
 struct Corner {
     double angle = 0.0;
     double area = 0.0;              ///< mixed Voronoi area, Meyer et al. 2003, figure 4
-    double laplacian_size = 0.0;    ///< sum of the terms' lengths: the scale of rounding in their sum
+    double laplacian_size = 0.0;    ///< sum of the Laplacian terms' lengths, for its rounding error
     Vec3 laplacian = Vec3::Zero();  ///< half the sum of cot(alpha) (x_i - x_j) over the corner's two edges
     Vec3 normal = Vec3::Zero();     ///< unit normal times the angle
 };
@@ -53,7 +53,7 @@ std::array<Corner, 3> triangle_corners(const TriangleMesh& mesh, std::size_t t) 
     return corners;
 }
 
-/// How a vertex is completed to a full ring: not at all, by mirroring, or not possible.
+/// How a vertex's ring of triangles is completed: not at all, by mirroring at a side, or impossible (`open`).
 struct Rim {
     std::uint8_t mirror_x = 0, mirror_y = 0, open = 0;
 };
@@ -101,12 +101,11 @@ Curvature mesh_curvature(const TriangleMesh& mesh) {
             sum.normal += corner.normal;
         }
         if (!(sum.area > 0.0)) return;
-        // A mirror image cancels what points across the side plane and doubles the rest, area and angle
-        // included.
+        // A mirror image at a side plane cancels components normal to it and doubles all else, area too.
         double copies = 1.0;
         if (rim[v].mirror_x) sum.laplacian.x() = sum.normal.x() = 0.0, copies *= 2.0;
         if (rim[v].mirror_y) sum.laplacian.y() = sum.normal.y() = 0.0, copies *= 2.0;
-        // Below these the sums are rounding, and the surface is flat.
+        // Sums below this (radians; relative for the Laplacian) are rounding errors of a flat surface.
         constexpr double kRounding = 1e-12;
         const double deficit = 2.0 * std::numbers::pi - copies * sum.angle;
         if (std::abs(deficit) > kRounding) result.gaussian[v] = deficit / (copies * sum.area);

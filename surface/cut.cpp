@@ -14,7 +14,7 @@
 namespace sidewall::surface {
 namespace {
 
-// Vertices or triangles of one task.
+// Vertices or triangles per parallel task.
 constexpr std::size_t kGrain = 8192;
 
 constexpr const char* kAxisNames[] = {"x", "y", "z"};
@@ -27,7 +27,7 @@ int plane_axis(const Plane& plane) {
     return -1;
 }
 
-// By vertex, whether it is above: those on the plane count as well, unless none is below.
+// Per vertex, whether it counts as above the plane. Those on the plane do, unless no vertex lies below it.
 std::vector<std::uint8_t> above(const std::vector<double>& height) {
     const bool at_the_end = std::ranges::none_of(height, [](double h) { return h < 0.0; });
     std::vector<std::uint8_t> up(height.size());
@@ -35,7 +35,7 @@ std::vector<std::uint8_t> above(const std::vector<double>& height) {
     return up;
 }
 
-// The triangles with vertices above and below, in their order.
+// Triangles with vertices on both sides of the plane, in mesh order.
 std::vector<std::uint32_t> straddling(const TriangleMesh& mesh, const std::vector<std::uint8_t>& up) {
     std::vector<std::vector<std::uint32_t>> parts((mesh.triangles.size() + kGrain - 1) / kGrain);
     tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t part) {
@@ -86,7 +86,7 @@ std::vector<Polyline> cut_by_plane(const TriangleMesh& mesh, const Plane& plane)
         }
     }
 
-    // From the edge's lower vertex to its higher one, so that both of its triangles find the same bits.
+    // Interpolated from the lower vertex index to the higher, so that both triangles get the same bits.
     const auto crossing = [&](std::uint64_t edge) {
         const auto a = static_cast<std::uint32_t>(edge >> 32), b = static_cast<std::uint32_t>(edge);
         const double t = height[a] / (height[a] - height[b]);
@@ -102,7 +102,7 @@ std::vector<Polyline> cut_by_plane(const TriangleMesh& mesh, const Plane& plane)
         line.points.push_back(crossing(links[chain.links.front()].from));
         for (const std::uint32_t link : chain.links) {
             const Vec3 p = crossing(links[link].to);
-            // A fan around a vertex on the plane crosses it many times in one point.
+            // Around a vertex on the plane successive triangles are cut in that one point: no segment.
             if (p == line.points.back()) continue;
             line.points.push_back(p);
             line.triangles.push_back(owner[link]);

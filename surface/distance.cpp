@@ -11,7 +11,7 @@
 namespace sidewall::surface {
 namespace {
 
-// Per vertex, the normals of its triangles, weighted by the angle under which each is seen from it.
+// Angle-weighted normals: per vertex, the sum of its triangles' normals times their inner angles there.
 std::vector<Vec3> vertex_normals(const TriangleMesh& mesh, const std::vector<Vec3>& face) {
     std::vector<Vec3> normals(mesh.vertices.size(), Vec3::Zero());
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
@@ -38,7 +38,7 @@ std::vector<std::array<Vec3, 3>> edge_normals(const TriangleMesh& mesh, const st
     return normals;
 }
 
-// One flag a vertex: whether a triangle uses it. A mesh without triangles is its points.
+// Per vertex, 1 if a triangle uses it; all 1 for a mesh without triangles, which is a set of points.
 std::vector<std::uint8_t> on_surface(const TriangleMesh& mesh) {
     std::vector<std::uint8_t> used(mesh.vertices.size(), mesh.triangles.empty() ? 1 : 0);
     for (const Triangle& triangle : mesh.triangles)
@@ -59,7 +59,7 @@ Distance distance(const TriangleMesh& from, const RayScene& to) {
     Distance result;
     result.per_vertex.assign(n, 0.0);
     const std::vector<std::uint8_t> counts = on_surface(from);
-    // Blocks are fixed, so that each query starts from the same radius on any number of threads.
+    // Blocks have a fixed size, so that each query starts from the same radius on any number of threads.
     constexpr std::size_t kBlock = 256;
     tbb::parallel_for(std::size_t{0}, (n + kBlock - 1) / kBlock, [&](std::size_t block) {
         const std::size_t begin = block * kBlock, end = std::min(n, begin + kBlock);
@@ -68,7 +68,7 @@ Distance distance(const TriangleMesh& from, const RayScene& to) {
         for (std::size_t i = begin; i < end; ++i) {
             if (!counts[i]) continue;
             const Vec3& p = from.vertices[i];
-            // The last vertex's nearest point is on the surface: nothing farther can be nearest to this one.
+            // The previous closest point lies on the surface, so its distance to p bounds the search.
             const double radius = first ? kInfinity : (p - last).norm() * (1.0 + 1e-9);
             SurfaceHit hit = to.closest_point(p, radius);
             if (!hit) hit = to.closest_point(p, kInfinity);
@@ -117,7 +117,7 @@ DistanceSample SignedDistance::at(const Vec3& point, double radius) const {
         if (weight[k] > 1.0 - kOn) normal = vertex_[triangle[k]];
     const Vec3 way = point - hit.point;
     sample.distance = way.dot(normal) < 0.0 ? -hit.distance : hit.distance;
-    // At a point this near, the way to the surface is rounding: its normal is the better answer.
+    // This near the surface, point - hit.point is rounding error: the gradient is the normal.
     const bool on = hit.distance <= 1e-9 * point.cwiseAbs().maxCoeff();
     sample.rise = on ? normal.normalized() : Vec3(way / sample.distance);
     return sample;

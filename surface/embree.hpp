@@ -1,5 +1,5 @@
 #pragma once
-// Embree 4 where it is installed, else Embree 3, whose queries take a context and these do not.
+// Embree 4 where it is installed, else Embree 3, whose query context the functions below fill in.
 #if __has_include(<embree4/rtcore.h>)
 #include <embree4/rtcore.h>
 #else

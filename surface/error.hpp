@@ -6,15 +6,14 @@
 
 namespace sidewall {
 
-/// Every failure a user can cause or meet, typed by cause. The message says where, what and what to do.
+/// Base of the errors that a user can meet, one type per cause. The message says where, what and what to do.
 class Error : public std::runtime_error {
   public:
     using std::runtime_error::runtime_error;
-    /// A message as fmt::format makes it.
+    /// Formats the message as fmt::format() does.
     template <class First, class... Rest>
     Error(fmt::format_string<First, Rest...> text, First&& first, Rest&&... rest)
         : runtime_error(fmt::format(text, std::forward<First>(first), std::forward<Rest>(rest)...)) {}
-    /// What the program returns to the shell.
     virtual int exit_code() const noexcept = 0;
 };
 

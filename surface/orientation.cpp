@@ -13,7 +13,7 @@
 namespace sidewall::surface {
 namespace {
 
-// A triangle across an edge, and whether both run along it in the same direction.
+// A triangle across an edge; `opposed` if both run along it in one direction, so that one must be reversed.
 struct Neighbour {
     std::uint32_t triangle;
     bool opposed;
@@ -33,7 +33,7 @@ std::vector<std::vector<Neighbour>> neighbours(const TriangleMesh& mesh) {
     return across;
 }
 
-// Triangles that are connected.
+// A connected part of the surface; `open` if an edge has other than two triangles.
 struct Piece {
     std::vector<std::uint32_t> triangles;
     bool open = false;
@@ -43,7 +43,7 @@ void turn_over(TriangleMesh& mesh, std::uint32_t t) {
     std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
 }
 
-// Turns triangles over until every piece agrees with its first one. \p turned: one flag a triangle.
+// Reverses triangles until each piece is oriented as its first triangle; \p turned: 1 for those reversed.
 std::vector<Piece> make_agree(TriangleMesh& mesh, std::vector<std::uint8_t>& turned) {
     const auto across = neighbours(mesh);
     std::vector<std::uint8_t> reached(mesh.triangles.size(), 0);
@@ -78,7 +78,8 @@ std::vector<Piece> make_agree(TriangleMesh& mesh, std::vector<std::uint8_t>& tur
     return pieces;
 }
 
-// Areas, projected along z, of a piece's triangles whose middle is the first hit from straight above.
+// Visible area of a piece, by the face that it shows: twice the area, projected along z, of those sampled
+// triangles whose centroid is the first hit of a ray from straight above.
 struct Seen {
     double front = 0.0, back = 0.0;
 };
@@ -98,7 +99,7 @@ Seen seen_from_above(const TriangleMesh& mesh, const RayScene& scene, const Piec
     return seen;
 }
 
-// Whether a closed piece lies in gas: nothing is above its highest point, or what is shows its front.
+// Whether a closed piece lies in gas: a ray up from its highest point hits nothing or a face pointing down.
 bool lies_in_gas(const TriangleMesh& mesh, const RayScene& scene, const Piece& piece) {
     Vec3 highest = mesh.vertices[mesh.triangles[piece.triangles.front()][0]];
     for (const std::uint32_t t : piece.triangles)
@@ -109,8 +110,10 @@ bool lies_in_gas(const TriangleMesh& mesh, const RayScene& scene, const Piece& p
     return !hit || area_vector(mesh, hit.triangle).z() < 0.0;
 }
 
-// Whether a piece that nothing above shows is the better way round with all its triangles reversed; one of
-// which none was turned stays, but for a body inside out in the gas of the scene.
+// Whether a piece that is hidden from above should be reversed as a whole. A piece whose triangles agreed
+// from the start is kept, unless it is a closed body inside out (negative volume) that lies in gas. Any other
+// piece takes the orientation of two thirds of its area; without such a majority a closed piece faces
+// outwards, an open one upwards.
 bool better_reversed(const TriangleMesh& mesh, const RayScene* scene, const Piece& piece,
                      const std::vector<std::uint8_t>& turned) {
     bool agreed = true;
@@ -127,7 +130,7 @@ bool better_reversed(const TriangleMesh& mesh, const RayScene* scene, const Piec
     return (piece.open ? upwards : volume) < 0.0;
 }
 
-// The mesh's boundary edges as the triangles of a lid run along them.
+// Boundary edges, directed as a lid's triangles traverse them. Throws at edges of 3, 5, 7... triangles.
 std::vector<Link> lid_edges(const TriangleMesh& mesh) {
     std::vector<Link> links;
     const EdgeTable table = edge_table(mesh);
@@ -146,7 +149,7 @@ std::vector<Link> lid_edges(const TriangleMesh& mesh) {
     return links;
 }
 
-// By vertex, the area of the part of the mesh that it belongs to.
+// Per vertex, the area of the connected part of the mesh around it.
 std::vector<double> connected_areas(const TriangleMesh& mesh) {
     DisjointSets sets(mesh.vertices.size());
     for (const auto& [a, b, c] : mesh.triangles) {
@@ -160,9 +163,9 @@ std::vector<double> connected_areas(const TriangleMesh& mesh) {
     return area;
 }
 
-// Gives openings lids, fans around their middles, where asked; returns how many.
+// Closes openings that options.closes() accepts by fans around the mean of their vertices; returns how many.
 std::size_t close_openings(TriangleMesh& mesh, const RepairOptions& options) {
-    constexpr double kLargest = 0.25, kNothing = 1e-12;  // of the area of what has the opening
+    constexpr double kLargest = 0.25, kNothing = 1e-12;  // shares of the area around an opening
     const std::vector<Link> links = lid_edges(mesh);
     if (links.empty()) return 0;
     const std::vector<double> areas = connected_areas(mesh);
@@ -186,7 +189,7 @@ std::size_t close_openings(TriangleMesh& mesh, const RepairOptions& options) {
                 {static_cast<std::uint32_t>(links[k].from), static_cast<std::uint32_t>(links[k].to), centre});
             const double part = triangle_area(mesh, mesh.triangles.size() - 1);
             lid += part;
-            if (part <= kNothing * area) mesh.triangles.pop_back();  // of a slit
+            if (part <= kNothing * area) mesh.triangles.pop_back();  // at a slit
         }
         if (!chain.closed || lid > kLargest * area)
             throw GeometryError(
@@ -206,7 +209,7 @@ void orient(TriangleMesh& mesh, const RepairOptions& options, Repairs& done) {
     done.triangles = mesh.triangles.size();
     if (options.closes) done.closed = close_openings(mesh, options);
     turned.resize(mesh.triangles.size(), 0);
-    if (mesh.triangles.size() > done.triangles) {  // lids belong to pieces
+    if (mesh.triangles.size() > done.triangles) {  // adds the lids to the pieces
         std::vector<std::uint8_t> none(mesh.triangles.size(), 0);
         pieces = make_agree(mesh, none);
     }
@@ -215,7 +218,7 @@ void orient(TriangleMesh& mesh, const RepairOptions& options, Repairs& done) {
     std::vector<Seen> seen;
     seen.reserve(pieces.size());
     for (const Piece& piece : pieces) seen.push_back(scene ? seen_from_above(mesh, *scene, piece) : Seen{});
-    // What is seen first, because it tells gas from material for what is hidden below.
+    // Visible pieces come first: their orientation tells gas from material for those hidden below.
     for (const bool hidden : {false, true})
         for (std::size_t i = 0; i < pieces.size(); ++i) {
             const Piece& piece = pieces[i];

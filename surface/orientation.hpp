@@ -3,8 +3,8 @@
 
 namespace sidewall::surface {
 
-/// Turns triangles over until all show their front to the gas, and closes openings that are to be closed: the second half of
-/// repair(), which documents it. Adds to \p done.
+/// Orients all triangles so that their fronts face the gas, and closes openings where the options ask for it.
+/// This is the last stage of repair(), which documents the rules. Records the changes in \p done.
 /// \throws GeometryError as repair().
 void orient(TriangleMesh& mesh, const RepairOptions& options, Repairs& done);
 

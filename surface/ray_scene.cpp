@@ -8,8 +8,8 @@
 namespace sidewall::surface {
 namespace {
 
-// Embree must not start threads of its own: the caller's TBB arena is used. With AVX-512 its packets are no
-// faster and round otherwise; without, processors that have it trace as those that do not.
+// Embree starts no threads: it runs in the caller's TBB arena. AVX-512 is disabled: its packets are no faster
+// and round differently, and without it processors that have it return the same bits as those that do not.
 #ifdef __x86_64__
 constexpr const char* kDevice = "start_threads=0,set_affinity=0,max_isa=avx2";
 #else
@@ -109,7 +109,7 @@ void begin_query(RayPacket& packet) {
 
 void RayScene::occluded(const int* active, RayPacket& packet) const {
     begin_query(packet);
-    find_any(active, scene_.get(), reinterpret_cast<RTCRay8&>(packet));  // its first part is an RTCRay8
+    find_any(active, scene_.get(), reinterpret_cast<RTCRay8&>(packet));  // begins with an RTCRay8
 }
 
 void RayScene::closest_hits(const int* active, RayPacket& packet) const {
@@ -133,7 +133,7 @@ SurfaceHit closest_point_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b
         hit.distance = (p - hit.point).norm();
         return hit;
     };
-    // A zero-length edge divides zero by zero: its start point is as good as any.
+    // On an edge of zero length the ratio would be 0/0: take the edge's start point.
     const auto ratio = [](double n, double d) { return d > 0.0 ? n / d : 0.0; };
     const Vec3 ab = b - a, ac = c - a, ap = p - a;
     const double d1 = ab.dot(ap), d2 = ac.dot(ap);
@@ -162,7 +162,7 @@ namespace {
 struct ClosestPointQuery {
     const RayScene& scene;
     Vec3 query;
-    double padding;  // the scene's single-precision rounding, so that no nearer triangle is missed
+    double padding;  // added to search radii, so that single-precision rounding hides no nearer triangle
     SurfaceHit best;
 };
 

@@ -13,7 +13,7 @@ namespace sidewall::surface {
 
 constexpr std::uint32_t kNoTriangle = 0xffffffffu;
 
-/// A point of the surface: where a ray meets it, or the nearest one to a query.
+/// A point of the surface: where a ray meets it, or the closest point to a query.
 struct SurfaceHit {
     std::uint32_t triangle = kNoTriangle;
     double distance = 0.0;  ///< along the ray in units of its direction's length, or to the query point
@@ -25,26 +25,26 @@ struct SurfaceHit {
 
 /// The point at which a ray meets the surface first.
 struct RayHit : SurfaceHit {
-    Vec3 normal = Vec3::Zero();  ///< the triangle's in single precision, as long as twice its area
+    Vec3 normal = Vec3::Zero();  ///< the triangle's, in single precision; its length is twice the area
 };
 
-/// Eight rays, and what each of them meets first: an array a component, laid out as Embree's RTCRayHit8, in which version 4
-/// has a second array about instances.
+/// Eight rays and the first hit of each, one array per component. The layout is that of Embree's RTCRayHit8;
+/// `instance` has twice the length because Embree 4 appends a second array of instance data.
 struct alignas(32) RayPacket {
     static constexpr std::size_t kRays = 8;
 
     float origin_x[kRays], origin_y[kRays], origin_z[kRays], t_min[kRays];
     float direction_x[kRays], direction_y[kRays], direction_z[kRays], time[kRays];
-    float t_max[kRays];  ///< afterwards the distance of a hit, in units of the direction's length
+    float t_max[kRays];  ///< after a query: the hit's distance, in units of the direction's length
     std::uint32_t mask[kRays], id[kRays], flags[kRays];
-    float normal_x[kRays], normal_y[kRays], normal_z[kRays];  ///< of the triangle, as long as twice its area
+    float normal_x[kRays], normal_y[kRays], normal_z[kRays];  ///< the triangle's; twice its area long
     float u[kRays], v[kRays];                                 ///< barycentric weights as in SurfaceHit
     std::uint32_t triangle[kRays];                            ///< kNoTriangle for a ray that hits nothing
     std::uint32_t geometry[kRays], instance[2 * kRays];
 };
 
-/// The one wrapper around Embree: a bounding volume hierarchy over a mesh, for closest hits and closest
-/// points. Queries are const and may run in parallel. The mesh is copied in single precision.
+/// The only wrapper around Embree: a bounding volume hierarchy over a mesh, for closest hits and closest
+/// points. Queries are const and may run in parallel. Embree works on a copy of the mesh in single precision.
 class RayScene {
   public:
     /// Builds the hierarchy in parallel; O(n log n).
@@ -54,18 +54,18 @@ class RayScene {
     /// Nearest hit of the ray origin + t direction, t in [t_min, t_max]; no triangle if it hits nothing.
     RayHit closest_hit(const Vec3& origin, const Vec3& direction, double t_min, double t_max) const;
 
-    /// Nearest hits of a packet's rays whose \p active is -1 (0: left out; aligned to 32 bytes). The caller sets origins,
-    /// directions, t_min and t_max.
+    /// Nearest hits of those rays of a packet whose \p active is -1; rays with 0 are skipped. \p active is
+    /// aligned to 32 bytes. The caller sets origins, directions, t_min and t_max.
     void closest_hits(const int* active, RayPacket& packet) const;
 
-    /// Whether anything lies on the segment t in [t_min, t_max].
+    /// Whether the segment origin + t direction, t in [t_min, t_max], meets the surface.
     bool occluded(const Vec3& origin, const Vec3& direction, double t_min, double t_max) const;
 
-    /// Like occluded, for a packet's rays whose \p active is -1: sets t_max below 0 where anything lies in between.
+    /// occluded() for rays of a packet with \p active -1: sets t_max below 0 where they meet the surface.
     void occluded(const int* active, RayPacket& packet) const;
 
-    /// Surface point nearest to \p query within \p radius (computed in double precision on the original
-    /// vertices); no triangle if none is that near.
+    /// Point of the surface closest to \p query, computed in double precision on the original vertices; no
+    /// triangle if the surface is farther than \p radius.
     SurfaceHit closest_point(const Vec3& query, double radius) const;
 
     /// The mesh as it was given, in double precision.
@@ -75,7 +75,7 @@ class RayScene {
     /// z of the highest vertex.
     double top() const { return top_; }
 
-    /// Embree's own scene, for benchmarks. Robust flag set. Geometry id 0, primitive = triangle.
+    /// The Embree scene, for benchmarks: robust, one geometry of id 0; primitive ids are triangle indices.
     RTCSceneTy* handle() const { return scene_.get(); }
 
   private:

@@ -19,10 +19,10 @@
 namespace sidewall::surface {
 namespace {
 
-constexpr double kReach = 1e-5;     // of the mesh's diagonal: what six digits round away
-constexpr double kEdgeReach = 0.1;  // of the median edge: a strip is no line
+constexpr double kReach = 1e-5;     // share of the mesh's diagonal: rounding of coordinates with six digits
+constexpr double kEdgeReach = 0.1;  // share of the median edge: two sides of a thin band are not merged
 
-// Number of edges whose number of triangles \p counts.
+// Number of edges for whose number of triangles \p counts is true.
 template <class Counts>
 std::size_t edges_where(const TriangleMesh& mesh, Counts&& counts) {
     const EdgeTable table = edge_table(mesh);
@@ -35,25 +35,25 @@ std::size_t single_edges(const TriangleMesh& mesh) {
     return edges_where(mesh, [](std::size_t triangles) { return triangles == 1; });
 }
 
-// Edges of an odd number of triangles, which no closed body has.
+// Number of edges with an odd number of triangles; a closed body has none.
 std::size_t odd_edges(const TriangleMesh& mesh) {
     return edges_where(mesh, [](std::size_t triangles) { return triangles % 2; });
 }
 
-// By vertex, the first one of the same position.
+// Per vertex, the lowest index of a vertex at the same position.
 std::vector<std::uint32_t> first_of_position(const TriangleMesh& mesh) {
     using Place = std::array<double, 3>;
     std::unordered_map<Place, std::uint32_t, boost::hash<Place>> seen;
     std::vector<std::uint32_t> first;
     for (const Vec3& p : mesh.vertices) {
         const auto v = static_cast<std::uint32_t>(first.size());
-        // Adding zero makes -0 and 0 the same place.
+        // Adding zero turns -0 into 0.
         first.push_back(seen.try_emplace({p.x() + 0.0, p.y() + 0.0, p.z() + 0.0}, v).first->second);
     }
     return first;
 }
 
-// The mesh with every vertex v replaced by first[v], and without those that no triangle names then.
+// The mesh with every vertex v replaced by first[v], and without vertices that are then unused.
 TriangleMesh merged(const TriangleMesh& mesh, const std::vector<std::uint32_t>& first) {
     std::vector<std::uint8_t> used(mesh.vertices.size(), 0);
     for (const Triangle& t : mesh.triangles)
@@ -82,8 +82,8 @@ std::size_t drop_unused(TriangleMesh& mesh) {
     return before - mesh.vertices.size();
 }
 
-// By vertex, itself or the nearest one before it on an edge of one triangle that is no farther than \p reach.
-// No two corners of a triangle get the same.
+// Per vertex, the nearest unmerged vertex of lower index within \p reach, or itself. Only vertices of
+// boundary edges are merged, and no two corners of a triangle into one.
 std::vector<std::uint32_t> first_nearby(const TriangleMesh& mesh, double reach) {
     const EdgeTable table = edge_table(mesh);
     std::vector<std::uint8_t> loose(mesh.vertices.size(), 0);
@@ -126,7 +126,7 @@ std::vector<std::uint32_t> first_nearby(const TriangleMesh& mesh, double reach) 
     return first;
 }
 
-// How far apart two vertices may be that rounding has put there; 0 where the edges are too short to tell.
+// Distance up to which vertices are merged as split by rounding; 0 where edges are too short to tell.
 double reach_of(const TriangleMesh& mesh) {
     std::vector<double> edges;
     edges.reserve(3 * mesh.triangles.size());
@@ -157,7 +157,7 @@ void weld(TriangleMesh& mesh, Repairs& done) {
     if (done.reach > 0.0) done.nearby = weld_by(first_nearby(mesh, done.reach));
 }
 
-// Keeps the triangles whose flag is 1; returns how many went.
+// Keeps the triangles whose flag is 1; returns how many were dropped.
 std::size_t keep_triangles(TriangleMesh& mesh, const std::vector<std::uint8_t>& kept) {
     const auto dropped = static_cast<std::size_t>(std::ranges::count(kept, 0));
     if (dropped == 0) return 0;
@@ -184,14 +184,14 @@ std::size_t drop_collapsed(TriangleMesh& mesh) {
     return keep_triangles(mesh, kept);
 }
 
+// Drops repeats of a triangle, or both of an opposed pair where that leaves fewer odd edges.
 std::size_t drop_repeated(TriangleMesh& mesh) {
     const auto key = [&](std::uint32_t t) {
         Triangle vertices = mesh.triangles[t];
         std::sort(vertices.begin(), vertices.end());
         return vertices;
     };
-    // Whether the triangle lists its vertices in a rising cycle: two of the same vertices face each other if
-    // they differ.
+    // Whether indices ascend from the lowest on: triangles on the same vertices are opposed if this differs.
     const auto rises = [&](std::uint32_t t) {
         Triangle cycle = mesh.triangles[t];
         std::rotate(cycle.begin(), std::min_element(cycle.begin(), cycle.end()), cycle.end());

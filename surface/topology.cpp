@@ -39,8 +39,8 @@ std::size_t count_components(const TriangleMesh& mesh, const Rows& corners) {
     return count;
 }
 
-/// Whether the triangles around a vertex fall into more than one fan: their opposite edges form a graph on
-/// the neighbours, and that graph has more than one piece.
+/// Whether the triangles around a vertex form more than one fan: whether the graph that their opposite edges
+/// form on the neighbouring vertices is disconnected.
 bool several_fans(const TriangleMesh& mesh, std::span<const std::uint32_t> corners,
                   std::vector<std::uint32_t>& neighbours) {
     neighbours.clear();
@@ -71,7 +71,7 @@ bool several_fans(const TriangleMesh& mesh, std::span<const std::uint32_t> corne
 
 std::vector<Chain> join_links(const std::vector<Link>& links) {
     const auto n = static_cast<std::uint32_t>(links.size());
-    std::multimap<std::uint64_t, std::uint32_t> unused;  // by the joint that they leave, then in order
+    std::multimap<std::uint64_t, std::uint32_t> unused;  // by the joint where they start, then by index
     std::set<std::uint64_t> ends;
     for (std::uint32_t i = 0; i < n; ++i) {
         unused.emplace(links[i].from, i);

@@ -45,22 +45,21 @@ struct Link {
     std::uint64_t to = 0;
 };
 
-/// Links in order, each beginning where the one before ends.
+/// A chain of links, each of which begins where the previous one ends.
 struct Chain {
     std::vector<std::uint32_t> links;
     bool closed = false;
 };
 
 /// Joins links into chains, every link in exactly one: open chains first, then closed ones, each in the order
-/// of its first link. Where several links leave a joint, the lowest unused one goes on. O(n log n).
+/// of its first link. Where several links leave a joint, the unused one of lowest index is next. O(n log n).
 std::vector<Chain> join_links(const std::vector<Link>& links);
 
-/// Every undirected edge once, sorted, with the corners it starts from. Corner c = 3 t + k stands for the
-/// directed edge of triangle t from its vertex k to its vertex (k + 1) % 3. Edges of repeated vertices are
-/// left out.
+/// All undirected edges, sorted, with their corners. Corner c = 3 t + k stands for the directed edge of
+/// triangle t from its vertex k to its vertex (k + 1) % 3. Edges from a vertex to itself are left out.
 struct EdgeTable {
     std::vector<std::array<std::uint32_t, 2>> edges;  ///< lower vertex first, ascending
-    Rows corners;                                     ///< per edge, ascending: one on a boundary, two inside
+    Rows corners;  ///< per edge, ascending: one on a boundary, two inside the surface
 
     /// Whether no edge is on a boundary.
     bool closed() const {
@@ -70,7 +69,7 @@ struct EdgeTable {
     }
 };
 
-/// O(n log n).
+/// The edge table of a mesh, O(n log n).
 EdgeTable edge_table(const TriangleMesh& mesh);
 
 /// Per vertex, the corners 3 t + k that lie on it, ascending. O(n).
@@ -87,10 +86,10 @@ struct Topology {
     std::size_t nonmanifold_edges = 0;     ///< edges of more than two triangles
     std::size_t nonmanifold_vertices = 0;  ///< vertices whose triangles are not one fan
     std::size_t inconsistent_edges = 0;    ///< edges whose two triangles run along them in the same direction
-    std::size_t degenerate_triangles = 0;  ///< of zero area, repeated vertices included
-    std::size_t duplicate_triangles = 0;   ///< of the same three vertices as an earlier one
-    std::vector<std::array<std::uint32_t, 2>> boundary;  ///< boundary edges as their triangle runs along them
-    Rows boundary_loops;  ///< vertices in order, material on the left; an open chain only where not manifold
+    std::size_t degenerate_triangles = 0;  ///< zero area, repeated vertices included
+    std::size_t duplicate_triangles = 0;   ///< same three vertices as an earlier one
+    std::vector<std::array<std::uint32_t, 2>> boundary;  ///< in the direction of their triangle
+    Rows boundary_loops;  ///< vertices in order, surface on the left; open only where not manifold
 
     /// V - E + F: 2 for a sphere, 0 for a torus, 1 for a disk.
     long euler() const {
@@ -104,8 +103,8 @@ struct Topology {
 /// Analyses connectivity; any mesh is accepted. O(n log n), deterministic.
 Topology analyse_topology(const TriangleMesh& mesh);
 
-/// Whether every boundary edge lies in one of the four side planes of the mesh's own bounding box, exactly:
-/// as that of an open surface over a rectangular domain does. False for a closed mesh.
+/// Whether every boundary edge lies exactly in one of the four side planes (x or y) of the mesh's bounding
+/// box, as those of an open surface over a rectangular domain do. False for a closed mesh.
 bool boundary_on_rectangle(const TriangleMesh& mesh, const Topology& topology);
 
 }  // namespace sidewall::surface

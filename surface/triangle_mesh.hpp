@@ -19,12 +19,12 @@ enum class Scalar { float32, float64, int32 };
 /// A named value per vertex or per triangle.
 struct Attribute {
     std::string name;
-    int components = 1;  ///< values an element
+    int components = 1;  ///< values per element
     Scalar type = Scalar::float64;
     std::vector<double> values;  ///< components * elements, element by element
 };
 
-/// Leaves an attribute the values of some elements, in their order.
+/// Reduces an attribute to the values of the given elements, in the given order.
 void take_elements(Attribute& attribute, std::span<const std::uint32_t> elements);
 
 /// A triangle surface on plain arrays. World units; normals point out of the material.

@@ -3,8 +3,8 @@
 
 namespace sidewall {
 
-/// The share of a full turn about an axis that a strip of \p width makes at \p radius. A round wafer is held as such a
-/// strip: what lies at the radius is as much of its revolution.
+/// Share of a full turn about the axis that a slab of \p width covers at \p radius. An axially symmetric
+/// wafer is simulated as such a slab: its areas and volumes there are this share of the full ones.
 inline double share_of_turn(double width, double radius) {
     return width / (2.0 * std::numbers::pi * radius);
 }

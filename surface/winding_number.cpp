@@ -8,8 +8,8 @@
 namespace sidewall::surface {
 namespace {
 
-constexpr std::uint32_t kLeaf = 8;  // triangles
-constexpr double kFar = 3.0;        // radii
+constexpr std::uint32_t kLeaf = 8;  // most triangles of a leaf
+constexpr double kFar = 3.0;        // distance, in its radii, beyond which a node counts as a dipole
 
 // The solid angle under which a triangle is seen (van Oosterom and Strackee, IEEE T. Biomed. Eng. 30, 1983).
 double solid_angle(const std::array<Vec3, 3>& triangle, const Vec3& point) {

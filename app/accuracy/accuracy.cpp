@@ -25,11 +25,11 @@ namespace {
 
 // Coarsest and finest grid, over the recipe's grid spacing.
 constexpr double kCoarsest = 4.0, kFinest = 0.25;
-// Ratio of one grid to the next: less would cost as much again for little.
+// Ratio of one grid spacing to the next: a smaller one would cost as much again for little.
 constexpr double kLeastRatio = 1.4, kMostRatio = 2.0;
-// Share of the accuracy asked for that each bar may take: the squares add up to 1.
+// Share of the accuracy asked for that each bar may take; the squares add up to 1.
 constexpr double kGridShare = 0.7, kNoiseShare = 0.5, kSimplifyShare = 0.5;
-// Rays over those of the recipe, which are meant for its own grid.
+// Rays relative to those of the recipe, scaled from its grid spacing to that of the run.
 constexpr double kFewestRays = 0.25, kMostRays = 32.0;
 constexpr int kDigits = 6;
 
@@ -96,8 +96,8 @@ class Refiner {
         }
     }
 
-    // Goes on with what an earlier run of the same recipe left there, if that is wanted. Its own earlier
-    // grids are replaced unasked.
+    // Runs a recipe in a folder. If options_.resume is set, it goes on with an earlier run of the same recipe
+    // there. Earlier grids of this refinement are replaced unasked.
     RunResult run_in(const fs::path& folder, const AccuracySettings& settings, bool overwrite) {
         const Recipe recipe = recipe_with(settings);
         const std::string text = effective_recipe(recipe);
@@ -118,13 +118,13 @@ class Refiner {
         return options_.output / kAccuracyFolder / fmt::format("grid_{}", grids_.size() + 1);
     }
 
-    // Summary of the next grid, if an earlier call has run it and this one resumes.
+    // Summary of the next grid, if this call resumes one that has run it.
     std::optional<Json> kept_summary(const std::string& text) const {
         if (!options_.resume || !holds_recipe(record(), text)) return std::nullopt;
         return own_summary(record());
     }
 
-    // False if so coarse a grid does not hold the wafer.
+    // Runs the recipe on a grid. False if the grid is too coarse for the wafer.
     bool run_on_grid(const AccuracySettings& settings) {
         const bool coarse = settings.spacing > 1.01 * spacing_;
         std::string text;
@@ -161,7 +161,7 @@ class Refiner {
         return false;
     }
 
-    // A run that others follow is no result yet: its record is kept for the bars, its folder left unfinished.
+    // Keeps the record of a run that finer grids follow for the bars, and marks the folder as unfinished.
     void keep_record() {
         AccuracyRun& run = grids_.back();
         if (!run.folder.empty()) return;
@@ -171,7 +171,7 @@ class Refiner {
         refuse_link(folder);
         fs::remove(options_.output / "summary.json");
         write_manifest(folder, {"recipe.toml", "summary.json"});
-        fs::remove(folder / "recipe.toml");  // so that no summary ever stands beside another recipe
+        fs::remove(folder / "recipe.toml");  // so that no summary is ever beside another recipe
         write_json((folder / "summary.json").string(), run.summary);
         write_file(folder / "recipe.toml", surface::read_whole_file(options_.output / "recipe.toml"));
     }
@@ -182,7 +182,7 @@ class Refiner {
         });
     }
 
-    // Further seeds, and runs without simplification.
+    // Runs with further seeds, and runs without simplification, on the last grid.
     void run_others() {
         std::vector<AccuracyRun> others;
         const bool simplified = last_.method != "none";
@@ -213,7 +213,7 @@ class Refiner {
         return app::bars_of(asked.measure, recipe_, grids_, noise_, &asked);
     }
 
-    // Settings of the next grid: as many rays as the noise asked for takes.
+    // Settings of the next grid: rays for the noise asked for, no simplification if its bar is too large.
     AccuracySettings settings_for(double spacing) {
         AccuracySettings settings{.spacing = spacing, .method = method_, .seed = recipe_.flux.seed};
         constexpr std::int64_t kRays = 100'000;  // where the recipe gives none
@@ -227,7 +227,7 @@ class Refiner {
         }
         AccuracySettings next = noise_->on;
         next.spacing = spacing;
-        double excess = 0.0, change = 0.0;  // over the bars asked for, if traced as the coarse grid was
+        double excess = 0.0, change = 0.0;  // over the bars allowed, if only the spacing changes
         for (const AskedAccuracy& asked : asked_) {
             const AccuracyBars now = bars(asked);
             if (!(now.asked > 0.0) || !noise_->noise.contains(asked.measure)) continue;
@@ -251,9 +251,9 @@ class Refiner {
         return settings;
     }
 
-    // The next grid; none if the bars are small enough, or no finer grid can make them so.
+    // The next grid's spacing; nothing if the bars are small enough or no finer grid is possible.
     std::optional<double> next_spacing() const {
-        double wanted = 0.0;  // ratio
+        double wanted = 0.0;  // ratio of spacings
         bool reached = true;
         for (const AskedAccuracy& asked : asked_) {
             const AccuracyBars now = bars(asked);
@@ -280,7 +280,7 @@ class Refiner {
         return next;
     }
 
-    // The spacing that the extents allow near one; nothing if it is nearly the last one.
+    // The spacing nearest to \p wanted that fits the extents; nothing if that is hardly finer than the last.
     std::optional<double> near(double wanted, double last) const {
         try {
             Recipe recipe = recipe_;
@@ -328,7 +328,7 @@ class Refiner {
             const auto asked = std::ranges::find(asked_, measure, &AskedAccuracy::measure);
             summary["accuracy"][measure] = bars_of(measure, asked == asked_.end() ? nullptr : &*asked);
         }
-        // A figure that no run has, such as a step coverage, has no entry in the metrology.
+        // A figure that does not exist on this wafer may have no entry in the metrology.
         for (const AskedAccuracy& asked : asked_)
             if (!summary["accuracy"].contains(asked.measure))
                 summary["accuracy"][asked.measure] = bars_of(asked.measure, &asked);
@@ -351,14 +351,14 @@ class Refiner {
     const RunOptions& options_;
     const double spacing_ = domain_of(recipe_).spacing;
     const bool flat_ = is_flat(recipe_.domain), traced_ = traces(recipe_);
-    // Fewest rays of a run: less say nothing, or make no batches.
+    // Fewest rays of a run: fewer tell nothing, or do not suffice for one a batch.
     const double least_rays_ = std::max(1000.0, static_cast<double>(recipe_.flux.batches));
-    std::string method_ = recipe_.simplify.method;  // from now on
-    std::set<std::string> own_;                     // recipes that were run here
+    std::string method_ = recipe_.simplify.method;  // of simplification on the next grids
+    std::set<std::string> own_;                     // effective recipes of all runs so far
     AccuracySettings last_;
     std::vector<AccuracyRun> grids_, others_;
     std::optional<AccuracyNoise> noise_;
-    std::optional<RunResult> result_;  // of the last grid, if it was run and not read
+    std::optional<RunResult> result_;  // on the last grid, unless its summary was read
     std::optional<FolderLock> lock_;
 };
 

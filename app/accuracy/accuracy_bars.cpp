@@ -12,11 +12,11 @@
 namespace sidewall::app {
 namespace {
 
-// Least bar of a length, in grid spacings: flats on a node or between two differ by so much.
+// Least bar of a length, in grid spacings: by so much flats on a node differ from flats between nodes.
 constexpr double kLeastLength = 0.05;
 constexpr int kValueDigits = 6, kBarDigits = 3;
 
-// Events of the wafer and ends of its steps, without times and places, which move a little with the grid.
+// Events of the wafer and ends of its steps, sorted; without times and places, which vary with the grid.
 std::vector<std::string> events_of(const Json& summary) {
     std::vector<std::string> all;
     for (const Json& event : summary["events"])
@@ -28,7 +28,7 @@ std::vector<std::string> events_of(const Json& summary) {
     return all;
 }
 
-// The first event that one of two runs has and the other has not; or "".
+// The first event that only one of two runs has; or "".
 std::string differing_event(const AccuracyRun& one, const AccuracyRun& other) {
     const std::vector<std::string> a = events_of(one.summary), b = events_of(other.summary);
     std::vector<std::string> differing;
@@ -65,8 +65,8 @@ AskedAccuracy read_one(const std::string& text) {
     return asked;
 }
 
-constexpr double kSafety = 1.25, kFewSafety = 3.0;   // Roache's, for three grids and for two
-constexpr double kLeastOrder = 0.3, kMostOrder = 1;  // that are believed
+constexpr double kSafety = 1.25, kFewSafety = 3.0;   // Roache's safety factors for three grids and for two
+constexpr double kLeastOrder = 0.3, kMostOrder = 1;  // bounds of the order seen
 
 }  // namespace
 
@@ -76,7 +76,7 @@ AccuracyNoise noise_of(const AccuracyRun& on, const std::vector<AccuracyRun>& ot
         std::vector<double> as_it_is{on.figure(measure)}, raw;
         for (const AccuracyRun& run : others)
             (run.method == on.method ? as_it_is : raw).push_back(run.figure(measure));
-        // A figure that a run does not have leaves NaN, and so nothing is known.
+        // If a run lacks the figure, the results are NaN, which counts as unknown.
         const auto degrees = static_cast<double>(as_it_is.size() - 1 + (raw.empty() ? 0 : raw.size() - 1));
         const double all = squares(as_it_is) + (raw.empty() ? 0.0 : squares(raw));
         noise.noise[measure] = degrees == 0.0 ? 0.0 : student_quantile(degrees) * std::sqrt(all / degrees);
@@ -128,7 +128,7 @@ AccuracyBars bars_of(const std::string& measure, const Recipe& recipe, const std
         bars.known = false;
         bars.reason = "its bars reach 0, of which there is no part: ask for an absolute accuracy";
     }
-    // Where differences do not fall, only a bar that is small all the same is worth having.
+    // If differences do not fall, a bar counts only if it is small enough all the same.
     if (bars.known && error.reason.find("do not fall") != std::string::npos && asked != nullptr &&
         !bars.reached())
         bars.known = false;
@@ -201,7 +201,7 @@ std::vector<AskedAccuracy> read_accuracy(const std::vector<std::string>& texts, 
 }
 
 GridError grid_error(const std::vector<GridValue>& grids, double least) {
-    std::size_t count = 0;  // of the finest grids that have it
+    std::size_t count = 0;  // of the finest grids in a row that have it
     while (count < std::min<std::size_t>(3, grids.size()) &&
            std::isfinite(grids[grids.size() - 1 - count].value))
         ++count;

@@ -21,7 +21,7 @@ std::vector<std::string> command_line;  // without the program's name
 
 }  // namespace
 
-// Through a callback: CLI11 would take "[1,2]" apart.
+// A callback gets each value whole. CLI11 splits "[1,2]" when it fills a vector itself.
 void add_repeated(CLI::App& command, const std::string& names, std::vector<std::string>& values,
                   const std::string& type, const std::string& doc) {
     const auto take = [&values](const std::string& text) { values.push_back(text); };
@@ -57,8 +57,8 @@ std::shared_ptr<RecipeOptions> add_recipe_options(CLI::App& command) {
     add_option(command, "RECIPE", options->file, "FILE", "Recipe in TOML", {.required = true});
     add_repeated(
         command, "--set", options->overrides, "KEY=VALUE",
-        "Change a key before the recipe is checked, e.g. step[0].duration=2, or step.etch.duration=2 of the step named etch; "
-        "may be repeated");
+        "Change a key before the recipe is checked, e.g. step[0].duration=2, or step.etch.duration=2 for "
+        "the step named etch; may be repeated");
     return options;
 }
 
@@ -92,17 +92,19 @@ fs::path default_output(const std::string& recipe_file, const std::vector<std::s
             else if (c != ']')
                 name += key_character(c) || c == '.' || c == '=' || c == ',' || c == '+' ? c : '_';
     }
-    // Long names that begin alike differ by what all say together.
+    // A shortened name ends in a digest of all settings, so that it still differs from others.
     return folder.concat(name.size() > kLongest ? name.substr(0, kLongest) + "-" + digest(all) : name);
 }
 
 std::pair<CLI::Option*, CLI::Option*> add_choice_options(CLI::App& command, WaferChoice& choice) {
     CLI::Option& step = add_option(
         command, "--step", choice.step, "NAME",
-        "Of a folder: the wafer at the end of this step, by its name or number; of a loop's the last");
-    CLI::Option& time = add_option(
-        command, "--time", choice.time, "T",
-        "Of a folder: the saved surface nearest to this process time, in the recipe's unit (default: the last)");
+        "For a run's folder: the wafer at the end of this step, by its name or number; for a step in a "
+        "loop, after its last repeat");
+    CLI::Option& time =
+        add_option(command, "--time", choice.time, "T",
+                   "For a run's folder: the saved surface nearest to this process time, in the recipe's "
+                   "unit (default: the last)");
     step.excludes(&time);
     return {&step, &time};
 }

@@ -22,17 +22,17 @@ namespace sidewall::app {
 /// A check on an option's value.
 struct OptionRule {
     bool required = false;
-    std::optional<std::array<double, 2>> range = {};  ///< least and largest number
+    std::optional<std::array<double, 2>> range = {};  ///< least and largest number allowed
     std::vector<std::string> one_of = {};
 };
 
 /// An option with a value, or a positional argument if \p names has no dashes.
 /// \param value  unchanged where the option is not given; a vector takes all that follow.
-/// \param type   stands for the value in --help and says what a shell completes there (above).
+/// \param type   stands for the value in --help and says what a shell completes there (listed above).
 template <class T>
 CLI::Option& add_option(CLI::App& command, const std::string& names, T& value, const std::string& type,
                         const std::string& doc, const OptionRule& rule = {}) {
-    const auto refuse_nan = [](const std::string& text) {  // which no range excludes
+    const auto refuse_nan = [](const std::string& text) {  // NaN passes every range check
         return std::isnan(std::strtod(text.c_str(), nullptr)) ? text + ": must be a number" : "";
     };
     CLI::Option& option = *command.add_option(names, value, doc);
@@ -52,10 +52,10 @@ void add_threads_option(CLI::App& command);
 /// Keeps the words of the program's command line for resume_command.
 void note_command_line(int argc, char** argv);
 
-/// The command that goes on with what this command line began: its own words, with --resume.
+/// The command that resumes this one: its words with --resume, without --overwrite and --quiet.
 std::string resume_command();
 
-/// Does \p work and puts the file's name before its errors of geometry and numerics, unless they begin with it.
+/// Runs \p work; puts \p file before messages of GeometryError and NumericsError that do not begin with it.
 template <class Work>
 auto about(const std::string& file, Work&& work) {
     const auto named = [&](const Error& error) {
@@ -80,23 +80,23 @@ struct RecipeOptions {
 /// Adds the positional RECIPE and `--set key=value` to a subcommand.
 std::shared_ptr<RecipeOptions> add_recipe_options(CLI::App& command);
 
-/// The recipe in a file with its changes, or on standard input where the file is `-`; files that it names are then sought in the
-/// working folder.
+/// The recipe of a file, or of standard input where the file is `-`, with its --set changes. Files that a
+/// recipe on standard input names are sought in the working folder.
 Recipe recipe_of(const RecipeOptions& options);
 
-/// Reads the recipe of a file with its changes; prints notes on it to standard error.
+/// Reads the recipe of a file with its --set changes; prints notes on it to standard error.
 Recipe read_recipe(const RecipeOptions& options);
 
 /// Prints notes on a recipe to standard error, after the name of its file.
 void print_notes(const Recipe& recipe, const std::string& file);
 
-/// Folder of results without -o: results/<recipe's name>, then the changes that --set makes, each after a comma, so that
-/// trials of one recipe do not ask to be overwritten: results/trench,step.etch.duration=2.
+/// Folder of results without -o: results/<recipe's name>, then each --set change after a comma, as in
+/// results/trench,step.etch.duration=2. Variants of one recipe thus do not overwrite each other.
 std::filesystem::path default_output(const std::string& recipe_file,
                                      const std::vector<std::string>& overrides = {});
 
-// The choice of a wafer among those in a run's folder.
-/// The wafer that --step and --time name; neither: the one as it is at the end, or as far as an unfinished run has come.
+/// Which wafer of a run's folder a command takes: the one at the end of a step, or the saved one nearest to a
+/// time. Without either, the wafer at the end, or the last one that an unfinished run has reached.
 struct WaferChoice {
     std::string step;
     std::optional<double> time;
@@ -107,16 +107,16 @@ struct WaferChoice {
 /// The options --step and --time, which exclude each other.
 std::pair<CLI::Option*, CLI::Option*> add_choice_options(CLI::App& command, WaferChoice& choice);
 
-/// The surface that a choice names among those that a folder's run has saved.
+/// The saved surface of a run's folder that \p choice names.
 /// \throws RecipeError naming the choices; FileError if the folder has none.
 SavedSurface saved_choice(const std::filesystem::path& folder, const WaferChoice& choice);
 
-/// Reads a mesh file, or the wafer of a choice from a run's folder. That of an unfinished run is its checkpoint's, unless a
-/// surface was saved since.
-/// \throws as read_result and saved_choice; RecipeError if a choice is named of a mesh file.
+/// Reads a mesh file, or the chosen wafer of a run's folder. Without a choice, an unfinished run gives that
+/// of its checkpoint, or a surface that was saved later.
+/// \throws as read_result and saved_choice; RecipeError for a choice and a mesh file.
 Result read_choice(const std::filesystem::path& input, const WaferChoice& choice);
 
-/// What to say of a folder whose run has not ended; empty of one that has, and of a file.
+/// A note that a folder's run has not ended; empty for an ended run and for a file.
 std::string unfinished_note(const std::filesystem::path& input);
 
 }  // namespace sidewall::app

@@ -19,12 +19,13 @@ struct CompareArguments {
 
 void add_compare_command(CLI::App& program) {
     CLI::App& command = *program.add_subcommand(
-        "compare", "Run a recipe raw and with each way of simplification: run time against error");
+        "compare",
+        "Run a recipe without and with each method of mesh simplification, and compare run time and error");
     const auto recipe = add_recipe_options(command);
     const auto arguments = std::make_shared<CompareArguments>();
-    add_option(
-        command, "-o,--output", arguments->output, "DIR",
-        "Folder for results (default: results/<recipe>-compare, with the changes of --set before -compare)");
+    add_option(command, "-o,--output", arguments->output, "DIR",
+               "Folder for results (default: results/<recipe>-compare; with --set "
+               "results/<recipe>,KEY=VALUE-compare)");
     command.add_flag("--overwrite", arguments->overwrite, "Replace other runs in the folder");
     add_option(command, "--json", arguments->json, "FILE",
                "Also write the comparison there; - for standard output");

@@ -10,8 +10,8 @@
 #include "app/recipe/recipe.hpp"
 #include "app/recipe/sections.hpp"
 
-// Completion in shells. The script that a shell loads knows no command: at every Tab it passes the words
-// typed so far to the program, which answers from the table that it reads its command line with.
+// Completion in shells. The script that a shell loads knows no commands: at every Tab it passes the words
+// typed so far to the program, which answers from its own tables of commands and options.
 namespace sidewall::app {
 namespace {
 
@@ -88,7 +88,7 @@ struct Candidate {
     std::string word, doc;
 };
 
-/// Completions of a word: these words, or paths, which the shell finds itself.
+/// Completions of a word: these words, or files or folders, which the shell finds itself.
 struct Offer {
     std::vector<Candidate> words;
     bool files = false, folders = false;
@@ -96,8 +96,8 @@ struct Offer {
 
 /// The command line before the word to complete.
 struct Before {
-    std::vector<std::string> arguments;   ///< positional ones
-    const CLI::Option* option = nullptr;  ///< whose value the word is
+    std::vector<std::string> arguments;   ///< positional arguments
+    const CLI::Option* option = nullptr;  ///< the option whose value is completed; null: none
     bool options_ended = false;           ///< "--" was given
 };
 
@@ -111,7 +111,7 @@ Before read_before(const CLI::App& command, const std::vector<std::string>& word
     for (const std::string& word : words) {
         if (!before.options_ended && looks_like_option(word)) {
             before.options_ended = word == "--";
-            before.option = command.get_option_no_throw(word);  // none for --name=value
+            before.option = command.get_option_no_throw(word);  // null for --name=value
             open = before.option != nullptr ? before.option->get_items_expected_max() : 0;
         } else if (open > 0) {
             --open;
@@ -127,7 +127,7 @@ Before read_before(const CLI::App& command, const std::vector<std::string>& word
 std::vector<KeyDoc> recipe_keys(const std::vector<std::string>& arguments) {
     try {
         if (!arguments.empty()) return settable_keys(load_recipe(arguments[0]));
-    } catch (const std::exception&) {  // half written, or missing: no reason to offer nothing
+    } catch (const std::exception&) {  // recipe missing or half written: offer all keys
     }
     return settable_keys();
 }
@@ -155,7 +155,7 @@ std::vector<Candidate> settings(const std::vector<KeyDoc>& keys, const std::stri
 std::vector<Candidate> model_words() {
     std::vector<Candidate> list{{"chemistry", "decks of numbers with sources"}};
     for (const SectionDoc& section : recipe_documentation()) {
-        const std::string word = section.name.substr(0, section.name.find(' '));  // layer, of every shape
+        const std::string word = section.name.substr(0, section.name.find(' '));  // "layer" of each shape
         if (list.empty() || list.back().word != word) list.push_back({word, section.doc});
     }
     return list;
@@ -191,7 +191,7 @@ Offer option_names(const CLI::App& command) {
     return offer;
 }
 
-/// Completions of the last of a subcommand's words.
+/// Completions of the last of the words after a subcommand.
 Offer offer_argument(const CLI::App& command, const std::vector<std::string>& words) {
     const std::string& word = words.back();
     const Before before = read_before(command, {words.begin(), words.end() - 1});

@@ -76,7 +76,7 @@ void check_outputs(const ExportArguments& arguments, Kind kind) {
 }
 
 Result read_input(const ExportArguments& arguments) {
-    if (!fs::is_directory(arguments.input)) saved_surfaces(arguments.input);  // says what it is not
+    if (!fs::is_directory(arguments.input)) saved_surfaces(arguments.input);  // throws: not a run's folder
     if (const std::string note = unfinished_note(arguments.input); !note.empty()) print_warning(note);
     return read_choice(arguments.input, arguments.choice);
 }
@@ -137,7 +137,7 @@ void print_device(const Json& json, const std::string& unit) {
                 region["name"], region["tetrahedra"], volume, unit,
                 100.0 * (volume - exact) / std::max(std::abs(exact), 1e-300));
     }
-    constexpr double kEnough = 5.0;  // degrees
+    constexpr double kEnough = 5.0;  // degrees between faces
     if (quality["min_dihedral_deg"] < kEnough)
         print_plain(
             "  note: angles below 5 degrees are left, where fronts meet at small angles: another --size may avoid them\n");
@@ -225,7 +225,7 @@ Json export_profile(const ExportArguments& arguments, const Result& result) {
     return {{"cut", arguments.cut}, {"polylines", lines.size()}};
 }
 
-// A round wafer's surfaces become bodies, unless its profile is asked for.
+// Revolves the profiles of a round wafer, unless the output is a profile or --around is 0.
 void make_round(const ExportArguments& arguments, Kind kind, Result& result) {
     const fs::path recipe = fs::path(arguments.input) / "recipe.toml";
     if (!fs::exists(recipe) || !is_axial(load_frame(recipe).domain)) return;
@@ -291,16 +291,17 @@ void add_export_command(CLI::App& program) {
     add_option(command, "input", arguments->input, "DIR", "Folder that `run` wrote", {.required = true});
     add_option(
         command, "-o,--output", arguments->output, "FILE",
-        "File to write: tetrahedra as .vtu (VTK) or .msh (Gmsh 2.2), the wafer's surface as .stl, .obj, .ply or "
-        ".vtp, it and all interfaces as .vtm, or where --cut cuts it as .csv",
+        "File to write: tetrahedra as .vtu (VTK) or .msh (Gmsh 2.2), the wafer's surface as .stl, .obj, "
+        ".ply or .vtp, surface and interfaces as .vtm, or the profile in the plane --cut as .csv",
         {.required = true});
     add_choice_options(command, arguments->choice);
-    add_option(command, "--cut", arguments->cut, "AXIS=VALUE", "Of a .csv: the plane (default: y=0)");
+    add_option(command, "--cut", arguments->cut, "AXIS=VALUE",
+               "For a .csv: plane of the profile (default: y=0)");
     add_option(
         command, "--size", arguments->options.size, "L",
         "Longest edge of tetrahedra at the surface and interfaces, in the recipe's length unit (default: 2 "
-        "grid spacings, or more to keep to --most); they are shorter where these curve or films are thin, and longer "
-        "far away");
+        "grid spacings, or more to keep to --most); edges are shorter at curved parts and thin films, and "
+        "longer far away");
     add_option(
         command, "--most", arguments->options.most, "N",
         "Without --size: edges become longer, and curves coarser, until there are about N tetrahedra at most");
@@ -311,10 +312,11 @@ void add_export_command(CLI::App& program) {
                      "Mesh the gas above and in voids, too, as a region `gas`");
     command.add_flag(
         "--triangles", arguments->triangles,
-        "Of a profile, a wafer of one extent: triangles of all materials in x and z instead of tetrahedra");
+        "For a profile, a wafer of one extent: triangles of all materials in x and z instead of tetrahedra");
     add_option(
         command, "--around", arguments->around, "N",
-        "Of a round wafer: sides of the body that its surfaces become; 0: the profile, a strip (default: 64)")
+        "For a round wafer: number of sides of the body of revolution that is written; 0: the profile, one "
+        "cell wide (default: 64)")
         .check(CLI::IsMember({0}) | CLI::Range(3, 4096));
     add_option(
         command, "--json", arguments->json, "FILE",

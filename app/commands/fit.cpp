@@ -21,44 +21,45 @@ void add_fit_command(CLI::App& program) {
     FitOptions& fit = *options;
     add_option(
         command, "RECIPE", fit.recipes, "FILE",
-        "Recipe in TOML. Several are fitted together, as for one process in several geometries: then RECIPE: (a file's name "
-        "without folder and .toml) before a target, key or setting says whose it is",
+        "Recipe in TOML. Several are fitted together, as for one process in several geometries; a target, "
+        "key or setting of one of them then begins with RECIPE: (the file's name without folder and .toml)",
         {.required = true});
     add_repeated(
         command, "--set", fit.overrides, "KEY=VALUE",
-        "Change a key before the recipe is checked, e.g. step[0].duration=2; RECIPE:KEY=VALUE: of one of several; may be "
-        "repeated");
+        "Change a key before the recipe is checked, e.g. step[0].duration=2; RECIPE:KEY=VALUE: of one of "
+        "several recipes; may be repeated");
     add_repeated(
         command, "--vary", fit.vary, "KEY=LO:HI[:log]",
-        "A key to find within bounds, on a linear or logarithmic scale; begins at the recipe's value if it lies between; "
-        "shared by all recipes, or of one: RECIPE:KEY=...; may be repeated");
+        "A key to fit within bounds, on a linear or logarithmic scale; the search begins at the recipe's "
+        "value if it lies between them; shared by all recipes, or for one: RECIPE:KEY=...; may be repeated");
     add_repeated(
         command, "--target", fit.targets, "NAME=VALUE[+-SIGMA]",
-        "A figure of the metrology, such as depth, cd_at_0.5 or step_coverage_bottom, in the recipe's units, and its standard "
-        "deviation; of several recipes RECIPE:NAME=...; may be repeated");
+        "A figure of the metrology, such as depth, cd_at_0.5 or step_coverage_bottom, in the recipe's "
+        "units, and its standard deviation; with several recipes RECIPE:NAME=...; may be repeated");
     add_repeated(
         command, "--target-profile", fit.profiles, "FILE.csv[@TIME]",
-        "Points x,z of the surface in the cut of [metrology], in any order, of all or a part, at a process time (default: the "
-        "end); of several recipes RECIPE:FILE.csv; may be repeated");
+        "Measured points x,z of the surface, or of a part of it, in the cut of [metrology], in any order, "
+        "at a process time (default: the end); with several recipes RECIPE:FILE.csv; may be repeated");
     add_option(command, "--profile-sigma", fit.profile_sigma, "LENGTH",
-               "Standard deviation of the profiles' points");
+               "Standard deviation of the points of the target profiles");
     add_option(command, "--profile-offset", fit.profile_offset, "",
-               "Find how far profiles are shifted, too (default: none)",
+               "Also fit a shift of the target profiles along these axes (default: none)",
                {.one_of = {"none", "x", "z", "xz"}});
     add_option(
         command, "--method", fit.method, "",
-        "How to search (default: auto). gauss-newton: downhill by slopes; auto: gauss-newton, then crs if several "
-        "minima are found that miss the targets; crs: controlled random search first, which takes 100 runs and more; "
-        "bobyqa: without slopes, for targets with kinks",
+        "Search method (default: auto). gauss-newton: least squares with slopes estimated from the runs; "
+        "auto: gauss-newton, then crs if several minima are found that miss the targets; crs: controlled "
+        "random search first, which takes 100 runs and more; bobyqa: without slopes, for targets with kinks",
         {.one_of = {"auto", "gauss-newton", "bobyqa", "crs"}});
     add_option(
         command, "--max-runs", fit.max_runs, "N",
-        "Runs at most (default: 60); of these up to 6, a quarter at most, tell the noise that the intervals hold");
+        "Most runs (default: 60); up to 6 of them, a quarter at most, measure the noise for the confidence "
+        "intervals");
     add_option(
         command, "--jobs", fit.jobs, "J",
         "Runs at the same time (default: as many as threads); fewer where the memory does not hold them",
         {.range = {{1, 1024}}});
-    command.add_flag("--resume", fit.resume, "Go on, with the runs that are there");
+    command.add_flag("--resume", fit.resume, "Continue an earlier fit with the runs in the folder");
     command.add_flag("--quiet", fit.quiet, "No progress and no report");
     add_option(command, "--json", *json, "FILE",
                "Write fit.json here too; - for standard output, and then no report");

@@ -27,13 +27,13 @@ using flux::Boundary;
 
 struct FluxArguments {
     std::string mesh, output, json, boundary, seed = "1";
-    std::optional<std::string> method;  // default auto, which then decides without a word
+    std::optional<std::string> method;  // not given: auto, which then does not print its choice
     std::optional<double> rays, relative_error;
     FluxSource source;
 };
 
 constexpr double kDefaultRays = 1e6;
-constexpr double kMostRays = 1e10;  // with --relative-error and without --rays
+constexpr double kMostRays = 1e10;  // limit with --relative-error and without --rays
 
 constexpr std::pair<const char*, Boundary> kBoundaries[] = {
     {"reflective", Boundary::reflective}, {"periodic", Boundary::periodic}, {"open", Boundary::open}};
@@ -111,7 +111,7 @@ void check_arguments(const FluxArguments& arguments) {
     parse_number<std::uint64_t>(arguments.seed, "--seed");
 }
 
-// Summary of what both methods have in common.
+// The part of the summary that both methods share.
 Json summarise(const FluxArguments& arguments, const TriangleMesh& mesh, const flux::LateralBox& box,
                const flux::TallyFlux& result) {
     double area = 0.0, weighted = 0.0, low = kInfinity, high = 0.0;
@@ -137,7 +137,7 @@ Json summarise(const FluxArguments& arguments, const TriangleMesh& mesh, const f
     return json;
 }
 
-// Says what `auto` takes, and why.
+// Prints which method `auto` takes, and why.
 void print_choice(const flux::MethodChoice& choice) {
     print_warning(
         !choice.why_not.empty() ? fmt::format("sidewall flux: monte-carlo is taken: {}", choice.why_not)
@@ -164,7 +164,7 @@ void run_flux(const FluxArguments& arguments) {
 
     std::optional<ProgressBar> bar(std::in_place, "flux", 100.0, "%");
     const std::string method = arguments.method.value_or("auto");
-    bool choosing = method == "auto";  // the progress bar leaves that out
+    bool choosing = method == "auto";  // while auto still compares methods, no progress is shown
     const flux::SingleFlux asked{mesh,
                                  materials.of_triangle,
                                  box,
@@ -180,7 +180,7 @@ void run_flux(const FluxArguments& arguments) {
                                       },
                                   .stop = interrupted},
                                  arguments.rays.has_value()};
-    install_interrupt_handler();  // until here Ctrl-C ends the program at once
+    install_interrupt_handler();  // before this line Ctrl-C ends the program at once
     const flux::FoundFlux found = flux::find_flux(method, asked, [&](const flux::MethodChoice& choice) {
         choosing = false;
         if (arguments.method) print_choice(choice);
@@ -232,28 +232,29 @@ void add_flux_command(CLI::App& program) {
         {.one_of = {"auto", "monte-carlo", "radiosity"}});
     add_option(
         command, "--rays", arguments->rays, "N",
-        fmt::format("Source rays, rounded up to a multiple of 32 (default {:.0e}), or of radiosity, rays "
-                    "between points of the surface (default 64 an unknown); with --relative-error the "
-                    "most to spend, default {:.0e}",
+        fmt::format("Source rays, rounded up to a multiple of 32 (default {:.0e}), or for radiosity rays "
+                    "between points of the surface (default 64 per unknown); with --relative-error the "
+                    "most rays, default {:.0e}",
                     kDefaultRays, kMostRays));
     add_option(command, "--relative-error", arguments->relative_error, "E",
                "Trace until sum(area * standard error) / sum(area * flux) over vertices is at most this");
     add_option(command, "--source-exponent", arguments->source.exponent, "n",
                "n of the source's cos^n: 1 thermal, hundreds a beam (default 1)");
     add_option(command, "--sticking", arguments->source.sticking, "s",
-               "Sticking probability, or one for each id of the per-triangle attribute material: "
-               "ID=s,ID=s (default 1)");
+               "Sticking probability, or one for each id in the triangles' attribute material: ID=s,ID=s "
+               "(default 1)");
     add_option(
         command, "--mean-free-path", arguments->source.mean_free_path, "L",
         "Mean free path between isotropic collisions in the gas, in the surface's unit; for monte-carlo (default: no "
         "collisions)");
     add_option(
         command, "--boundary", arguments->boundary, "{reflective,periodic,open}",
-        "Sides of the domain; X,Y sets them apart (default reflective if the surface ends on a rectangle, "
-        "else open). No particle comes in through open sides: the source is the surface's bounding "
-        "rectangle");
+        "Sides of the domain; X,Y: those across x and across y (default reflective if the surface ends on "
+        "a rectangle, else open). No particle comes in through open sides: the source is the surface's "
+        "bounding rectangle");
     add_option(command, "--seed", arguments->seed, "k", "Seed of the random numbers (default 1)");
-    add_option(command, "--json", arguments->json, "FILE", "Write a summary; - prints it, and nothing else");
+    add_option(command, "--json", arguments->json, "FILE",
+               "Write a summary as JSON; - for standard output, and then nothing else there");
     command.callback([arguments] { about(arguments->mesh, [&] { run_flux(*arguments); }); });
 }
 

@@ -20,7 +20,7 @@ double parse_probability(const std::string& text, const std::string& where) {
     return value;
 }
 
-// Parses one sticking probability, or one for each of the ids in their order.
+// Parses one sticking probability for all, or ID=s,ID=s; returns one for each of \p ids in their order.
 std::vector<double> parse_sticking(const std::string& text, const std::vector<std::int32_t>& ids,
                                    const std::string& path) {
     if (text.find('=') == std::string::npos) return {parse_probability(text, "--sticking " + text)};
@@ -89,7 +89,7 @@ flux::Species species_of(const FluxSource& source, const TriangleMesh& mesh, con
     flux::Species species{"flux", source.exponent, parse_sticking(source.sticking, materials.ids, path)};
     if (!source.mean_free_path) return species;
     // Diffusion over n mean free paths takes about n^2 collisions.
-    constexpr double kLeast = 1e-3;  // of the surface's size
+    constexpr double kLeast = 1e-3;  // least mean free path over the diagonal of the bounding box
     const double least = kLeast * bounding_box(mesh).size().norm();
     if (!(*source.mean_free_path >= least))
         throw RecipeError(

@@ -10,10 +10,10 @@
 #include "surface/files/file.hpp"
 #include "surface/triangle_mesh.hpp"
 
-// The species that `sidewall flux` traces, from its options and the mesh's materials.
+// Input and output of `sidewall flux`: the species from options and materials, results as CSV, VTP or JSON.
 namespace sidewall::app {
 
-/// The number that is the whole of \p text.
+/// Parses \p text, all of which must be one number.
 /// \throws RecipeError naming \p where if it is none.
 template <typename Number>
 Number parse_number(const std::string& text, const std::string& where) {
@@ -27,11 +27,11 @@ struct FluxMaterials {
     std::vector<std::int32_t> ids, of_triangle;
 };
 
-/// Materials by the attribute `material`; one of id 0 where the mesh has none.
+/// Reads the triangle attribute `material`. Without it there is one material, of id 0; of_triangle is empty.
 /// \throws FileError naming \p path if the attribute is not an integer a triangle.
 FluxMaterials flux_materials(const TriangleMesh& mesh, const std::string& path);
 
-/// Source options of the command line.
+/// Options of source and sticking on the command line.
 struct FluxSource {
     std::string sticking = "1";  ///< one probability, or ID=s,ID=s
     double exponent = 1.0;
@@ -43,12 +43,12 @@ struct FluxSource {
 flux::Species species_of(const FluxSource& source, const TriangleMesh& mesh, const FluxMaterials& materials,
                          const std::string& path);
 
-/// Writes a flux on \p mesh as .csv, a row a triangle, or as .vtp with flux, flux_error and area of each triangle and
-/// flux and flux_error of each vertex.
+/// Writes a flux on \p mesh as .csv, a row a triangle, or as .vtp with flux, flux_error and area of each
+/// triangle and flux and flux_error of each vertex.
 /// \throws IoError if \p path cannot be written.
 void write_flux(const std::string& path, TriangleMesh mesh, const flux::TallyFlux& result);
 
-/// What the summary of `sidewall flux` says of how the flux was found.
+/// The part of the summary on the calculation: method, rays, times, balance of particles and errors.
 Json found_json(const flux::FoundFlux& found);
 
 /// Prints a summary as text.

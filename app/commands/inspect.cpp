@@ -82,7 +82,7 @@ Json mesh_json(const TriangleMesh& mesh) {
     return json;
 }
 
-/// What other commands mend when they read the mesh, or why they refuse it; "" if it is sound.
+/// What other commands repair when they read the mesh, or why they refuse it; "" if it needs no repair.
 std::string import_words(TriangleMesh mesh) {
     try {
         return surface::words_on(surface::repair(mesh));
@@ -173,7 +173,7 @@ void print_summary(const Json& summary) {
     if (summary.contains("timing") && summary["timing"].is_object()) print_timing(summary["timing"]);
 }
 
-/// Figures of a choice's wafer: those of the recipe, or others that are named.
+/// Measures the chosen wafer: the figures in \p names or, if that is empty, those that the recipe asks for.
 Json measured(const Result& result, const std::string& input, const WaferChoice& choice,
               const std::vector<std::string>& names) {
     if (!result.folder)
@@ -183,10 +183,8 @@ Json measured(const Result& result, const std::string& input, const WaferChoice&
     if (!names.empty()) recipe.metrology.measures.clear();
     for (const std::string& name : names) {
         if (word_of(recipe, name) == "")
-            throw RecipeError(
-                "--measure {}: is found while a run goes on; inspect prints it under "
-                "metrology",
-                name);
+            throw RecipeError("--measure {}: is recorded during a run; inspect prints it under metrology",
+                              name);
         want_measure(recipe, name, "--measure");
     }
     Json json = Json::object();
@@ -224,7 +222,7 @@ void inspect(const std::string& input, const std::string& json_file, const Wafer
         json["metadata"][name] = number_or_null(number);
     if (result.folder) json["interfaces"] = result.interfaces.size();
     if (result.summary) json["summary"] = *result.summary;
-    // Standard output belongs to the JSON alone if it goes there.
+    // Where the JSON goes to standard output, nothing else does.
     if (json_file != "-") {
         if (result.summary) print_summary(*result.summary);
         if (!unfinished.empty()) print_plain("{}\n", unfinished);
@@ -246,8 +244,8 @@ void add_inspect_command(CLI::App& program) {
     auto names = std::make_shared<std::vector<std::string>>();
     add_repeated(
         command, "--measure", *names, fmt::format("{{{}}}", fmt::join(measure_names(), ",")),
-        "Of a folder: measure this at the run's end, --step or --time, a word of [metrology] measures or a figure such as cd_SiO2_at_0.5; "
-        "may be repeated");
+        "For a run's folder: measure this at the run's end, or at --step or --time; a word of [metrology] "
+        "measures or a figure such as cd_SiO2_at_0.5; may be repeated");
     add_option(command, "--json", *json, "FILE", "Write the same as JSON; - for standard output");
     auto choice = std::make_shared<WaferChoice>();
     add_choice_options(command, *choice);

@@ -9,7 +9,7 @@
 namespace sidewall::app {
 namespace {
 
-/// Escapes text for roff; newlines break lines.
+/// Escapes text for roff; newlines become line breaks.
 std::string roff(const std::string& text) {
     std::string out;
     for (const char c : text) {
@@ -26,7 +26,7 @@ std::string roff(const std::string& text) {
     return out;
 }
 
-/// Prints a paragraph under a tag, which is roff already.
+/// Prints \p text as a paragraph under \p tag; the tag must be escaped for roff already.
 void print_tagged(const std::string& tag, const std::string& text) {
     fmt::print(".TP\n{}\n{}\n", tag, roff(text));
 }
@@ -38,7 +38,7 @@ std::string tag_of(const CLI::Option& option) {
          {std::pair{"\\-", option.get_snames()}, {"\\-\\-", option.get_lnames()}})
         for (const std::string& name : list) names += (names.empty() ? "" : ", ") + (dashes + roff(name));
     std::string tag = "\\fB" + names + "\\fR";
-    // A positional's type repeats its name, unless it lists words.
+    // The type of a positional argument repeats its name, unless it lists words.
     const std::string type = option.get_items_expected_max() == 0 ? "" : option.get_type_name();
     if (!type.empty() && (!option.get_positional() || type.find('{') != std::string::npos))
         tag += " \\fI" + boost::replace_all_copy(roff(type), ",", ",\\:") + "\\fR";  // lines may break there
@@ -96,7 +96,7 @@ void print_page(const CLI::App& program) {
           {"3", "an input file that is missing, damaged or of the wrong kind"},
           {"4", "no solution: not a number, no surface left, particles that leak, no memory"},
           {"5", "an output that could not be written"},
-          {"130", "interrupted; what was finished is on disk, and `--resume` goes on"}})
+          {"130", "interrupted; what was finished is on disk, and `--resume` continues it"}})
         print_tagged(fmt::format("\\fB{}\\fR", status), meaning);
 }
 
@@ -104,7 +104,8 @@ void print_page(const CLI::App& program) {
 
 void add_man_command(CLI::App& program) {
     CLI::App& command = *program.add_subcommand(
-        "man", "Print a manual page of all this: sidewall man > sidewall.1; man ./sidewall.1");
+        "man",
+        "Print a manual page of all commands and recipe keys: sidewall man > sidewall.1; man ./sidewall.1");
     command.callback([&program] { print_page(program); });
 }
 

@@ -44,7 +44,7 @@ void print_documentation(const std::string& name) {
     }
 }
 
-// All decks, or the file of one.
+// Lists all decks, or prints the file of the named one.
 void print_chemistry(const std::string& name) {
     std::vector<std::string> names;
     for (const Deck& deck : shipped_decks()) {
@@ -68,7 +68,7 @@ void add_models_command(CLI::App& program) {
         "Only this model or section, e.g. single_particle or flux; chemistry: the decks that steps can name");
     const auto deck = std::make_shared<std::string>();
     add_option(command, "DECK", *deck, "CHEMISTRY",
-               "After chemistry: the file of this one, with sources, ranges and rates");
+               "After chemistry: print the file of this chemistry, with sources, ranges and rates");
     command.callback([name, deck] {
         if (*name == "chemistry")
             print_chemistry(*deck);

@@ -25,8 +25,8 @@ struct OpenOptions {
     bool no_browser = false;
 };
 
-// A file that sends a browser to an address; only this user can read it, and it is removed at the end. Every
-// user can read the arguments of a process.
+// A temporary HTML file that redirects a browser to an address. The address holds the secret token, and any
+// user can read a process's arguments; only this user can read the file.
 class Signpost {
   public:
     explicit Signpost(const std::string& address) {
@@ -53,7 +53,7 @@ class Signpost {
     fs::path path_;
 };
 
-// Shows the address, and opens it where there is a screen.
+// Prints the address, and opens it in a browser if there is a display.
 void show(const std::string& address, const OpenOptions& options, std::optional<Signpost>& signpost) {
     print_plain(
         "{}\nThe workbench is open at this address, on this machine alone; Ctrl-C ends it, and runs go on.\n",
@@ -65,7 +65,7 @@ void show(const std::string& address, const OpenOptions& options, std::optional<
     try {
         const Descriptor root(::open("/", O_PATH | O_CLOEXEC));
         start_program({"xdg-open", signpost.emplace(address).path().string()}, root.number(), -1);
-    } catch (const IoError&) {  // the address is on the screen
+    } catch (const IoError&) {  // no browser starts; the address is printed
     }
 }
 
@@ -76,7 +76,7 @@ void open(const OpenOptions& options) {
     const OpenedFolder folder(file ? input.parent_path() : input);
     const Workbench workbench(folder, file ? input.filename().string() : "");
     install_interrupt_handler();
-    // Threads answer in turn: what one's answers took serves the next, and large ones are given back.
+    // Two arenas: threads reuse memory that others freed. Freed blocks over 128 KiB go back to the system.
     ::mallopt(M_ARENA_MAX, 2);
     ::mallopt(M_MMAP_THRESHOLD, 1 << 17);
     std::optional<Signpost> signpost;

@@ -56,7 +56,7 @@ constexpr const char* kNoThread =
     "sidewall: cannot start a thread: use fewer --threads, or raise the limit of threads (ulimit -u, or pids.max of the "
     "control group; some more than --threads are needed) or of memory (ulimit -v)\n";
 
-// The message where the system refuses a library memory or a thread; nothing for other errors.
+// The message for an error by which a library reports refused memory or a refused thread; null for others.
 const char* message_of_limit(const std::exception& error) {
     const auto* system = dynamic_cast<const std::system_error*>(&error);
     const std::string_view text = error.what();
@@ -69,8 +69,8 @@ const char* message_of_limit(const std::exception& error) {
     return memory ? kNoMemory : nullptr;
 }
 
-// Reports memory or a thread that was refused in a function that may not throw, as libraries have (JSON's
-// destructors, folder iterators). The next run removes half-written files.
+// Terminate handler: reports memory or a thread that was refused inside a library function that must not
+// throw (JSON's destructors, folder iterators). The next run removes half-written files.
 [[noreturn]] void end_in_terminate() {
     const char* message = nullptr;
     try {
@@ -84,14 +84,14 @@ const char* message_of_limit(const std::exception& error) {
     std::_Exit(4);
 }
 
-// Tells why the program ends.
+// Reports the error that ends the program.
 // \returns \p exit_code.
 int fail(const char* text, int exit_code) {
     tell_failure(text, exit_code);
     return exit_code;
 }
 
-// A fault of the command line, in CLI11's words.
+// The text of an error in the command line, from CLI11.
 std::string usage_error(const CLI::App* command, const CLI::Error& error) {
     return "sidewall: " + surface::printable(CLI::FailureMessage::simple(command, error));
 }
@@ -105,7 +105,7 @@ std::optional<std::string> unknown_command(CLI::App& program, const std::string&
                        did_you_mean("; ", word, names, "; see sidewall --help"));
 }
 
-// Refuses commands that every rank of mpirun would do in full.
+// Refuses commands that are not shared by the ranks of mpirun: each rank would do all of the work.
 void require_shared_command(int argc, char** argv) {
     const std::string_view name = argc > 1 ? argv[1] : "";
     if (ranks().count == 1 || name.starts_with('-') || name == "run" || name == "sweep" || name == "fit")
@@ -154,7 +154,7 @@ int run(int argc, char** argv) {
                     error.exit_code());
     } catch (const std::exception& error) {
         if (const char* message = message_of_limit(error)) return fail(message, 4);
-        if (const auto* stream = dynamic_cast<const std::system_error*>(&error))  // fmt's, of the C library
+        if (const auto* stream = dynamic_cast<const std::system_error*>(&error))  // fmt could not write
             return fail(
                 fmt::format("sidewall: standard output: cannot write: {}; check space on the device it "
                             "goes to\n",
@@ -185,13 +185,13 @@ int run_program(int argc, char** argv) {
     end_by_message();
     secure_standard_streams();
     begin_rank();
-    std::signal(SIGXFSZ, SIG_IGN);  // a file over the user's limit is a failed write
+    std::signal(SIGXFSZ, SIG_IGN);  // a file over the user's size limit fails in write()
     try {
         return end_rank(run(argc, argv));
-    } catch (const std::bad_alloc&) {  // while the commands were put together, or for the message itself
+    } catch (const std::bad_alloc&) {  // outside the handlers of run(), or inside them
         tell_failure(kNoMemory, 4);
         return end_rank(4);
-    } catch (...) {  // not even a message got through
+    } catch (...) {  // the message could not be written
         return end_rank(4);
     }
 }

@@ -62,7 +62,7 @@ RenderOptions parse(const RenderArguments& arguments) {
     return options;
 }
 
-/// Reads a mesh, or a folder's last wafer or that of a choice or number.
+/// Reads a mesh file, or of a run's folder the wafer that --step, --time or --frame names (default: the last)
 Result read_input(const RenderArguments& arguments) {
     const fs::path input = arguments.input;
     Result result = arguments.frame ? read_saved(input, saved_number(saved_surfaces(input), *arguments.frame))
@@ -73,7 +73,7 @@ Result read_input(const RenderArguments& arguments) {
     return result;
 }
 
-// Views a strip of one cell, which a profile in x and z is, from its side.
+// Views a surface that is one cell wide along y (a profile in x and z) from the front.
 void show_section(const Result& result, RenderOptions& options) {
     if (is_strip(result.surface)) options.azimuth_deg = options.elevation_deg = 0.0;
 }
@@ -114,23 +114,25 @@ void add_render_command(CLI::App& program) {
                "Picture to write; with --all the folder for them", {.required = true});
     const auto [step, time] = add_choice_options(command, arguments->choice);
     CLI::Option& frame = add_option(command, "--frame", arguments->frame, "N",
-                                    "Of a folder: surface_NNNN of this number, from 0");
+                                    "For a run's folder: surface_NNNN of this number, from 0");
     CLI::Option& all =
         *command.add_flag("--all", arguments->all,
-                          "Of a folder: every saved surface as surface_NNNN.png, all in one view and one "
-                          "range of colours, and strip.png with all of them");
+                          "For a run's folder: every saved surface as surface_NNNN.png, all in one view "
+                          "and one range of colours, and strip.png with all of them");
     for (CLI::Option* other : {step, time}) other->excludes(&frame)->excludes(&all);
     frame.excludes(&all);
     add_option(command, "--color", arguments->options.color, "NAME",
-               "material, flux, rate, distance, height or any attribute (default: material if there)");
+               "Attribute that colours show: material, flux, rate, distance, height or any other (default: "
+               "material if the mesh has it)");
     add_option(
         command, "--view", arguments->view, "AZ,EL",
-        "Azimuth and elevation of the viewer in degrees (default: 25,30; of a profile in x and z its section, 0,0)");
+        "Azimuth and elevation of the viewer in degrees (default: 25,30; for a profile in x and z 0,0, its "
+        "section)");
     add_option(command, "--cut", arguments->cut, "AXIS=VALUE",
-               "Take away what lies before a plane, such as y=0");
+               "Remove everything in front of a plane, such as y=0");
     add_option(command, "--size", arguments->size, "WxH", "Pixels (default: 1200x900)");
     add_option(command, "--range", arguments->range, "LOW,HIGH",
-               "Ends of the colour bar (default: the values')");
+               "Values at the ends of the colour bar (default: smallest and largest on the surface)");
     command.add_flag("--edges", arguments->options.edges, "Draw the triangles' edges");
     command.callback([arguments] { run(*arguments); });
 }

@@ -60,13 +60,13 @@ void add_report_command(CLI::App& program) {
         {.required = true});
     add_option(
         command, "-o,--output", options->output, "FILE.html",
-        "Page to write, at most 6 MB: surfaces are coarsened to fit in, by a bound that the page states");
+        "Page to write, at most 6 MB: surfaces are coarsened to fit, within an error that the page states");
     add_option(command, "--json", options->json, "FILE",
                "Write what the page would show as JSON instead; - for standard output");
     const auto [step, time] = add_choice_options(command, options->choice);
     command
         .add_flag("--last", options->last,
-                  "Of a run: its last surface alone, or the wafer of its checkpoint if that is later")
+                  "For a run: its last surface alone, or the wafer of its checkpoint if that is later")
         ->excludes(step)
         ->excludes(time);
     command.callback([options] { report(*options); });

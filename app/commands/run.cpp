@@ -72,15 +72,16 @@ void add_run_command(CLI::App& program) {
         "Folder for results (default: results/<recipe>; with --set results/<recipe>,KEY=VALUE, so that trials stand side by side)");
     CLI::Option& resume = *command.add_flag(
         "--resume", options->resume,
-        "Go on from the folder's checkpoint; also from a finished run's, with a longer last step or more steps");
+        "Continue from the folder's checkpoint; a finished run continues if its last step was made longer "
+        "or steps were added");
     command
         .add_flag("--overwrite", options->overwrite,
                   "Replace an unfinished run or another recipe's result in the folder")
         ->excludes(&resume);
     add_option(
         command, "--checkpoint-every", options->checkpoint_every, "N",
-        "Write a checkpoint after every N time steps, too: less is lost if the run is killed, and `report --last` and the "
-        "workbench show it moving (default: with every saved surface)");
+        "Write a checkpoint after every N time steps, too: less is lost if the run is killed, and `report "
+        "--last` and the workbench show its progress (default: with every saved surface)");
     command.add_flag("--quiet", options->quiet,
                      "Print no progress, no events and no report; summary.json has them all");
     const auto accuracy = std::make_shared<std::vector<std::string>>();
@@ -96,7 +97,7 @@ void add_run_command(CLI::App& program) {
         const std::vector<AskedAccuracy> asked = read_accuracy(*accuracy, parsed);
         if (options->output.empty()) {
             options->output = default_output(recipe->file, recipe->overrides);
-            // A run is gone on with, changed, where it was.
+            // --resume with --set: if no folder is named after these changes, resume the recipe's folder.
             std::error_code failure;
             if (options->resume && !std::filesystem::exists(options->output, failure))
                 options->output = default_output(recipe->file);

@@ -129,7 +129,7 @@ void run(const SimplifyArguments& arguments) {
     result.seconds.features = features_found - start;
     result.seconds.total = now() - start;
 
-    // File formats drop attributes that they cannot hold.
+    // Attributes that the file format cannot hold are dropped when the mesh is written.
     for (const std::string& name : surface::unwritable(arguments.output, result.mesh))
         result.dropped_attributes.push_back(name);
     Json json = report(arguments, mesh, result, spacing);
@@ -157,10 +157,11 @@ void add_simplify_command(CLI::App& program) {
                "Edges shorter than this collapse everywhere, features included; 0 leaves features alone "
                "(length; default: --grid-spacing if given, else the mean edge length between features)");
     add_option(command, "--step", a->options.step, "LENGTH",
-               "Growth of that length per ring away from features (length; default: as --l0's default)");
+               "Increase of the allowed edge length, --l0 at features, per ring away from them (length; "
+               "default: as --l0's default)");
     add_option(command, "--l-max", a->options.l_max, "LENGTH",
-               "No longer edge collapses (length; default: regions 3, lindstrom-turk 2 times --l0's default; "
-               "lindstrom-turk with a target: none)");
+               "Edges longer than this never collapse (length; default: regions 3, lindstrom-turk 2 times "
+               "--l0's default; lindstrom-turk with a target: none)");
     add_option(command, "--weights", a->weights, "V,B,S",
                "Lindstrom-Turk weights of volume, boundary and shape (default: 0.5,0.5,0; 0.4,0.3,0.3 gives "
                "rounder triangles at a larger distance)");
@@ -171,10 +172,9 @@ void add_simplify_command(CLI::App& program) {
     add_option(command, "--target-vertices", a->options.target_vertices, "N",
                "Stop at this many vertices; a region schedule then goes on beyond --l-max (default: none)",
                {.range = {{1, 1e15}}});
-    add_option(
-        command, "--feature-parameter", a->feature_parameter, "C|auto",
-        "C: a vertex is a feature if |H| > C/dx or |K| > (C/dx)^2, dx the grid spacing; auto: from the "
-        "distribution of curvature (default: 0.5)");
+    add_option(command, "--feature-parameter", a->feature_parameter, "C|auto",
+               "C: a vertex is a feature if its mean curvature |H| > C/dx or its Gaussian curvature |K| > "
+               "(C/dx)^2, dx the grid spacing; auto: from the distribution of curvature (default: 0.5)");
     add_option(command, "--grid-spacing", a->options.grid_spacing, "LENGTH",
                "dx of the level set the mesh was extracted from (length; default: mean edge length)");
     add_option(command, "--json", a->json, "FILE", "Report as JSON to a file, or - for standard output");

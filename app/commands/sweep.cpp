@@ -31,14 +31,13 @@ void add_sweep_command(CLI::App& program) {
     const auto options = std::make_shared<SweepOptions>();
     const auto plan = std::make_shared<bool>(false);
     SweepOptions& sweep = *options;
-    add_repeated(
-        command, "--vary", sweep.vary, "KEY=LO:HI[:N][:log]|KEY=V1,V2,...",
-        "A key and its values: N from LO to HI, evenly or in the logarithm, or a list; may be repeated, and then all "
-        "combinations are run");
+    add_repeated(command, "--vary", sweep.vary, "KEY=LO:HI[:N][:log]|KEY=V1,V2,...",
+                 "A key and its values: N from LO to HI, evenly or logarithmically spaced, or a list; may "
+                 "be repeated, and then all combinations are run");
     add_option(command, "--design", sweep.design, "",
                "All combinations (grid, the default), or --runs points that fill the ranges evenly (sobol)",
                {.one_of = {"grid", "sobol"}});
-    add_option(command, "--runs", sweep.runs, "N", "How many points of the design sobol");
+    add_option(command, "--runs", sweep.runs, "N", "Number of points of the design sobol");
     add_repeated(
         command, "--measure", sweep.measures, fmt::format("{{{}}}", fmt::join(measure_names(), ",")),
         "Measure this, too: a word of [metrology] measures, or a figure such as cd_at_0.5; may be repeated");
@@ -48,11 +47,11 @@ void add_sweep_command(CLI::App& program) {
         "fewer where the memory does not hold them",
         {.range = {{1, 1024}}});
     command.add_flag("--resume", sweep.resume,
-                     "Make what is not finished: unfinished runs go on, failed ones are tried again");
+                     "Complete an earlier sweep: unfinished runs continue, failed ones are tried again");
     command.add_flag(
         "--plan", *plan,
-        "Run nothing: write the runs' recipes and print a command for each, as for a job array; then gather "
-        "with --resume");
+        "Run nothing: write the runs' recipes and print a command for each, as for a job array; afterwards "
+        "--resume collects the results");
     command.add_flag("--quiet", sweep.quiet, "No progress and no report");
     add_option(command, "-o,--output", sweep.output, "DIR", "Folder for results", {.required = true});
     command.callback([recipe, options, plan] {

@@ -50,10 +50,12 @@ void run(const ValidateArguments& arguments) {
 void add_validate_command(CLI::App& program) {
     CLI::App& command = *program.add_subcommand(
         "validate",
-        "Compare figures of runs with closed forms, published tables and another simulator, each with its source and bars");
+        "Compare figures of runs with closed forms, published tables and another simulator, each with its "
+        "source and error bars");
     const auto a = std::make_shared<ValidateArguments>();
     add_repeated(command, "--case", a->options.cases, "NAME",
-                 "Only this case, the report keeps the others' figures; may be repeated (default: all)");
+                 "Only this case; the report keeps the figures of the others; may be repeated (default: "
+                 "all)");
     add_option(
         command, "--cases", a->options.folder, "DIR",
         "Folder of cases, each a folder with recipe.toml and reference.csv (default: those that come with the program)");
@@ -62,11 +64,11 @@ void add_validate_command(CLI::App& program) {
         command, "-o,--output", a->options.output, "DIR",
         "Folder for the report validation.md, validation.json and the runs (default: results/validation)");
     add_option(command, "--history", a->options.history, "FILE",
-               "Also keep the figures there, a CSV file that has those of other versions, too");
+               "Also add the figures to this CSV file, which holds those of other versions, too");
     CLI::Option& resume =
         *command.add_flag("--resume", a->options.resume,
-                          "Go on after an interruption: runs that are there, of the same recipes and "
-                          "version, are not made again");
+                          "Continue after an interruption: finished runs of the same recipes and version "
+                          "are not made again");
     command.add_flag("--overwrite", a->options.overwrite, "Replace other runs in the folder")
         ->excludes(&resume);
     add_option(command, "--json", a->json, "FILE", "Also write the figures there; - for standard output");

@@ -17,7 +17,8 @@ namespace sidewall::app {
 namespace {
 
 #ifdef __GLIBC__
-// A reader that has gone, as `tee` has after Ctrl-C, must not end the run: SIGPIPE is taken back.
+// Writes to standard error; failures are ignored. If its reader is gone, as `tee` is after Ctrl-C, the
+// SIGPIPE of the write is discarded, so that it does not end the run.
 extern "C" ssize_t write_or_lose(void*, const char* bytes, size_t count) {
     sigset_t pipe, before;
     sigemptyset(&pipe);

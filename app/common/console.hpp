@@ -7,27 +7,27 @@
 
 namespace sidewall::app {
 
-/// Secures the standard streams before anything is opened. The numbers of closed ones are taken, so that no file of
-/// results gets them and messages with it; writing to a closed standard output still fails. Messages on standard
-/// error that cannot be written, as on a full disk, are lost without a failure.
+/// Secures the standard streams; to be called before any file is opened. A closed stream is opened on
+/// /dev/null, as a file of results would otherwise get its number and the messages; writing to a closed
+/// standard output still fails. Messages that standard error cannot take, as on a full disk, are dropped.
 void secure_standard_streams();
 
-/// Writes a line on standard error: where the command line sends the warnings of a run.
+/// Writes a line to standard error. The command line prints the warnings of runs with it.
 void print_warning(std::string_view line);
 
-/// Prints text to standard output as fmt::print does, but escapes what a terminal would obey: users' names may hold that.
+/// Prints to standard output. Control characters, which names that users give may hold, are escaped.
 void print_text(std::string_view text);
 template <class... Args>
 void print_plain(fmt::format_string<Args...> format, Args&&... args) {
     print_text(fmt::format(format, std::forward<Args>(args)...));
 }
 
-/// A timer for lines of progress where there is no terminal: one is due every minute, and at every tenth of the work.
+/// Decides when lines of progress are due without a terminal: every minute, if asked also at every tenth.
 class LineTimer {
   public:
-    /// \param fraction  that is done at the start, where nothing is due. \p tenths false leaves the minutes alone.
+    /// \param fraction  share of the work that is done at the start. \p tenths: lines at every tenth, too.
     LineTimer(double fraction, bool tenths);
-    /// Whether a line is due now; if so, one has been said. \p seconds since the start.
+    /// Whether a line is due; if so, it counts as printed. \p seconds since the start.
     bool due(double fraction, double seconds);
 
   private:
@@ -38,11 +38,11 @@ class LineTimer {
 
 /// Options of a ProgressBar.
 struct ProgressOptions {
-    double from = 0.0;    ///< what is done already when it begins, as in a resumed run
-    bool tenths = false;  ///< where there is no terminal, a line at every tenth too
+    double from = 0.0;    ///< amount done when the bar begins, as in a resumed run
+    bool tenths = false;  ///< without a terminal, a line at every tenth, too
 };
 
-/// Progress on standard error: one line, redrawn on a terminal; else a line a minute.
+/// Progress on standard error: one line that is redrawn on a terminal; else a line a minute.
 class ProgressBar {
   public:
     /// \p unit names what is counted, e.g. "s" of process time. \p enabled false silences it altogether.
@@ -53,7 +53,7 @@ class ProgressBar {
     ProgressBar& operator=(const ProgressBar&) = delete;
     /// Redraws at most ten times a second: done of total, ETA, and \p note.
     void update(double done, std::string_view note = {});
-    /// Says something of its own line, at once.
+    /// Prints \p text at once, on a separate line.
     void line(std::string_view text);
 
   private:

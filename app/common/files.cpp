@@ -27,14 +27,14 @@ std::string this_process() {
                        host[0] != '\0' ? host.data() : "this machine", fmt::localtime(std::time(nullptr)));
 }
 
-// What the holder wrote about itself; it may be about to write it.
+// The text that the lock's holder wrote about itself, which it may not have written yet.
 std::string holder(int file) {
     std::array<char, 512> text{};
     const auto size = ::pread(file, text.data(), text.size(), 0);
     return size > 0 ? std::string(text.data(), static_cast<std::size_t>(size)) : "another process";
 }
 
-// The file that was opened may be gone from the folder by the time it is locked: its holder removed it.
+// Whether the open file is still in the folder: its holder may have removed it before it was locked here.
 bool still_there(int file, int folder, const char* name) {
     struct stat opened {
     }, named{};
@@ -71,7 +71,7 @@ bool is_there(const fs::path& path) {
 
 fs::path shipped_folder(const std::string& name) {
     std::error_code failure;
-    Dl_info library{};  // the Python module, or the program, whose name need not be its path
+    Dl_info library{};  // Python module or program; the name of the latter need not be a path
     dladdr(reinterpret_cast<const void*>(&shipped_folder), &library);
     const fs::path code = library.dli_fname == nullptr ? "" : library.dli_fname;
     for (const fs::path& file : {code.is_absolute() ? fs::canonical(code, failure) : fs::path(),
@@ -83,17 +83,17 @@ fs::path shipped_folder(const std::string& name) {
 }
 
 FolderLock::FolderLock(const fs::path& folder, const char* file) : folder_(folder), name_(file) {
-    constexpr int kMostTries = 100;  // some network file systems give a file another number each time
-    constexpr int kAsked = 12;       // lock_holder holds it while it asks, of many ranks one after the other
+    constexpr int kMostTries = 100;  // some network file systems give a file another inode number each time
+    constexpr int kAsked = 12;  // tries while held: lock_holder takes the lock briefly, maybe on many ranks
     for (int tries = 0;; ++tries) {
-        surface::place_of(folder / name_);  // no link, no pipe
+        surface::place_of(folder / name_);  // throws if it is a link or a pipe
         constexpr int kFlags = O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK;
         const int in = folder_.descriptor();
         file_ = ::openat(in, name_, O_RDWR | O_CREAT | kFlags, 0666);
-        // A killed run of another user may have left one that only he may write to.
+        // A killed run of another user may have left a file that this user may only read and lock.
         if (file_ < 0 && errno == EACCES) {
             file_ = ::openat(in, name_, O_RDONLY | kFlags);
-            errno = EACCES;  // what keeps a new one from being made
+            errno = EACCES;  // the reason to report if that fails, too
         }
         if (file_ < 0)
             throw IoError("{}: cannot write: {}; check space and permissions", (folder / name_).string(),
@@ -114,7 +114,7 @@ FolderLock::FolderLock(const fs::path& folder, const char* file) : folder_(folde
         ::close(file_);
     }
     const std::string text = this_process();
-    // Only messages lack it if this fails.
+    // If this fails, only messages lack the holder's name.
     if (::ftruncate(file_, 0) != 0 || ::pwrite(file_, text.data(), text.size(), 0) < 0) return;
 }
 

@@ -11,8 +11,8 @@ namespace sidewall::app {
 
 namespace fs = std::filesystem;
 
-/// Writes \p text to \p path through a temporary file that is synced, verified and renamed: a reader never sees
-/// half a file, and the old one stays if anything fails. Missing folders are made.
+/// Writes \p text to \p path through a temporary file that is synced, verified and renamed: a reader never
+/// sees half a file, and the old one stays if anything fails. Missing folders are made.
 /// \throws IoError naming the path and the system's reason.
 void write_file(const fs::path& path, std::string_view text);
 
@@ -20,30 +20,31 @@ void write_file(const fs::path& path, std::string_view text);
 /// \throws IoError naming it and the system's reason; the message ends with \p advice.
 void make_folder(const fs::path& folder, std::string_view advice);
 
-/// \throws IoError if a folder that the program has for itself is a link: what it writes would land elsewhere.
+/// \throws IoError if \p folder, which only the program writes to, is a link: files would land elsewhere.
 void refuse_link(const fs::path& folder);
 
 /// Whether a file or folder exists; false, too, where that cannot be known.
 bool is_there(const fs::path& path);
 
-/// The folder \p name, such as configs/chemistry, that came with the program or with the library that holds it: in
-/// share/sidewall of an installation or in the source tree, above either. Empty if there is none.
+/// The folder \p name, such as configs/chemistry, that came with the program: NAME or share/sidewall/NAME in
+/// a folder above the library that holds this code or above the program. Empty if there is none.
 fs::path shipped_folder(const std::string& name);
 
-/// Another process holds a lock.
+/// Thrown where another process holds a lock.
 struct HeldElsewhere : IoError {
     using IoError::IoError;
 };
 
-/// Keeps other processes that ask for it from writing to a folder: an advisory lock on DIR/.sidewall.lock, which
-/// names its holder. It also holds the folder open (surface::HeldFolder). The system frees it when the process ends, however it ends; the file is removed at the
-/// end and left behind by a process that is killed. File systems without locks are written to without one.
+/// An advisory lock that keeps other processes that ask for it from writing to a folder. The locked file,
+/// DIR/.sidewall.lock, names its holder; the folder is held open, too (surface::HeldFolder). The file is
+/// removed at the end. A killed process leaves it, but the system frees the lock. File systems without locks
+/// are written to without one.
 class FolderLock {
   public:
     /// \pre the folder exists.
-    /// \param file  of the lock, in the folder; locks on different files do not exclude each other.
-    /// \throws HeldElsewhere naming the process that holds the folder; IoError with the system's reason, or if the lock is
-    ///         a link, a device or a pipe.
+    /// \param file  name of the locked file; locks on different files do not exclude each other.
+    /// \throws HeldElsewhere naming the process that holds the folder; IoError with the system's reason, or
+    ///         if the lock is a link, a device or a pipe.
     explicit FolderLock(const fs::path& folder, const char* file = kFile);
     ~FolderLock();
     FolderLock(const FolderLock&) = delete;

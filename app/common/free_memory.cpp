@@ -28,7 +28,7 @@ std::optional<double> number_after(const fs::path& file, const std::string& word
 std::optional<double> number_in(const fs::path& file) {
     std::ifstream in(file);
     double value = 0.0;
-    if (in >> value) return value;  // "max" is none
+    if (in >> value) return value;  // "max" means no limit
     return std::nullopt;
 }
 
@@ -44,8 +44,8 @@ double left_in_group(const fs::path& group, const char* limit, const char* usage
     return std::max(0.0, *most - std::max(0.0, used - files));
 }
 
-// The least of a group and all above it, up to where its hierarchy is mounted. Inside of a container the path
-// may be one of the machine outside; then its own group is the mounted one.
+// Bytes left in a group and its parents, the least of them, up to where the hierarchy is mounted. In a
+// container the path may be the host's; the group mounted there is then the container's.
 double left_in_groups(const fs::path& mount, fs::path group, const char* limit, const char* usage,
                       const std::string& prefix) {
     double left = kInfinity;
@@ -55,7 +55,7 @@ double left_in_groups(const fs::path& mount, fs::path group, const char* limit, 
     }
 }
 
-// /proc/self/cgroup: a line ID:CONTROLLERS:PATH a hierarchy; version 2 has ID 0 and no controllers.
+// /proc/self/cgroup has a line ID:CONTROLLERS:PATH a hierarchy; version 2 has ID 0 and no controllers.
 double left_in_all_groups(const fs::path& root) {
     double left = kInfinity;
     std::ifstream in(root / "proc/self/cgroup");
@@ -76,7 +76,7 @@ double left_in_all_groups(const fs::path& root) {
 double left_of_address_space() {
     rlimit limit{};
     if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return kInfinity;
-    const double pages = number_in("/proc/self/statm").value_or(0.0);  // of virtual memory
+    const double pages = number_in("/proc/self/statm").value_or(0.0);  // virtual memory in use
     return std::max(0.0,
                     static_cast<double>(limit.rlim_cur) - pages * static_cast<double>(sysconf(_SC_PAGESIZE)));
 }

@@ -9,8 +9,8 @@ volatile std::sig_atomic_t interrupt_count = 0;
 
 extern "C" void on_interrupt(int signal) {
     interrupt_count = interrupt_count + 1;
-    // A second one ends the program at once, by the default action. A closed terminal hangs up more than
-    // once.
+    // By the default action a second signal ends the program. SIGHUP is ignored from here on, as a closed
+    // terminal sends it more than once.
     std::signal(signal, signal == SIGHUP ? SIG_IGN : SIG_DFL);
 }
 
@@ -23,7 +23,7 @@ bool interrupted() {
 void install_interrupt_handler() {
     std::signal(SIGINT, on_interrupt);
     std::signal(SIGTERM, on_interrupt);
-    // A program begun under nohup goes on.
+    // Under nohup SIGHUP stays ignored.
     if (std::signal(SIGHUP, on_interrupt) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);
 }
 

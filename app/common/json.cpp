@@ -12,7 +12,7 @@
 namespace sidewall::app {
 
 void write_json(const std::string& path, const Json& json) {
-    // A path need not be UTF-8, JSON must.
+    // JSON must be UTF-8; a path in it need not be, and its invalid bytes are replaced.
     const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
     if (path == "-") {
         if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
@@ -36,7 +36,7 @@ Json mesh_sizes(const TriangleMesh& mesh) {
 }
 
 Json parse_json(const std::string& text, std::size_t most) {
-    constexpr int kDeepest = 64;  // copies recurse
+    constexpr int kDeepest = 64;  // copies of nested JSON recurse
     struct TooMany {};
     const auto counted = [&](int depth, Json::parse_event_t, Json&) {
         if (most-- == 0 || depth > kDeepest) throw TooMany();
@@ -62,7 +62,7 @@ fmt::appender fmt::formatter<sidewall::app::Json>::format(const sidewall::app::J
     const auto print = [&](std::string_view how, const auto& value) {
         return fmt::vformat_to(context.out(), fmt::format("{{:{}}}", how), fmt::make_format_args(value));
     };
-    if (!json.is_number()) {  // of its format the place alone
+    if (!json.is_number()) {  // of its format only fill, alignment and width apply
         const std::string_view place = spec.substr(0, spec.find_last_of("<>^0123456789") + 1);
         const std::string text = json.is_string() ? json.get<std::string>() : json.dump();
         return print(place.substr(0, place.find('.')), json.is_null() ? "none" : text);

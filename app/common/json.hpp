@@ -18,14 +18,14 @@ namespace sidewall::app {
 void write_json(const std::string& path, const Json& json);
 
 /// A number, or null where it is not finite, which JSON cannot hold.
-/// \param digits  significant ones; those beyond are rounded away.
+/// \param digits  number of significant digits that the value is rounded to.
 Json number_or_null(double value, int digits = 17);
 
 /// The numbers of vertices and triangles: {"vertices": ..., "triangles": ...}.
 Json mesh_sizes(const TriangleMesh& mesh);
 
-/// The JSON of a text. It is discarded if it is no JSON, is nested deeper than 64 levels, or has more than \p most keys and
-/// values, ends of lists and objects among them: the time of an object grows with the square of its keys.
+/// Parses JSON. The result is discarded if the text is no JSON, is over 64 levels deep, or has over \p most
+/// keys, values, and begins and ends of lists and objects: an object of n keys takes a time of O(n^2).
 Json parse_json(const std::string& text, std::size_t most = SIZE_MAX);
 
 /// The JSON in a file.
@@ -34,7 +34,7 @@ Json read_json(const std::filesystem::path& path, const std::string& advice);
 
 }  // namespace sidewall::app
 
-/// Lets JSON hold a struct as an object of the members named; those that the JSON lacks get their default.
+/// Converts a struct to and from a JSON object of the named members; missing ones get their default.
 #define SIDEWALL_JSON(Type, ...)                                                                \
     inline void to_json(Json& nlohmann_json_j, const Type& nlohmann_json_t) {                   \
         NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(NLOHMANN_JSON_TO, __VA_ARGS__))                \
@@ -56,8 +56,7 @@ requires(!std::same_as<T, sidewall::app::Json>) struct nlohmann::adl_serializer<
     }
 };
 
-/// Prints what JSON holds as fmt prints such a number or text: `{:.3g}` and the like take whole numbers, too. What is null
-/// is "none".
+/// Formats the number or text that JSON holds as fmt does; `{:.3g}` takes whole numbers, too, null is "none".
 template <>
 struct fmt::formatter<sidewall::app::Json> {
     constexpr const char* parse(fmt::format_parse_context& context) {

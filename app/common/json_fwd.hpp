@@ -3,7 +3,7 @@
 
 namespace sidewall::app {
 
-/// Insertion order is kept, so that reports read in the order they were written.
+/// JSON whose objects keep the order of insertion, so that files list entries in the order they were added.
 using Json = nlohmann::ordered_json;
 
 }  // namespace sidewall::app

@@ -33,7 +33,7 @@ namespace {
 constexpr const char* kModule = "libsidewall_mpi.so";
 constexpr int kInterrupted = 130;
 
-// The functions of mpi/mpi.cpp.
+// The functions of app/mpi/mpi.cpp.
 struct Mpi {
     void (*join)(int*, int*) = nullptr;
     void (*sum)(std::uint64_t*, std::size_t) = nullptr;
@@ -44,7 +44,7 @@ struct Mpi {
 std::optional<Mpi> mpi;
 std::atomic<bool> stop_agreed = false;
 double in_sums = 0.0;
-int messages = STDERR_FILENO;  // where this rank's own error goes
+int messages = STDERR_FILENO;  // descriptor for this rank's error
 
 std::uint32_t environment_number(const char* name, std::uint32_t otherwise) {
     const char* text = std::getenv(name);
@@ -91,17 +91,17 @@ void sum(std::span<std::uint64_t> values) {
 
 std::unique_ptr<tbb::global_control> limit;
 
-// Between fork and exec: only calls that are safe while other threads hold locks.
+// Turns the forked child into this program, by calls that are safe while other threads hold locks.
 [[noreturn]] void become(const std::vector<char*>& words, int output, pid_t parent) {
     constexpr int kNoProgram = 127;
     ::setpgid(0, 0);
     ::prctl(PR_SET_PDEATHSIG, SIGTERM);
-    if (::getppid() != parent) ::_exit(kNoProgram);  // it ended before
+    if (::getppid() != parent) ::_exit(kNoProgram);  // the parent has ended already
     ::dup2(::open("/dev/null", O_RDONLY | O_CLOEXEC), STDIN_FILENO);
     ::dup2(output, STDOUT_FILENO);
     ::dup2(output, STDERR_FILENO);
     ::execv("/proc/self/exe", words.data());
-    // Where /proc is not mounted. The kernel gives the address of the program's name as a number.
+    // Reached where /proc is not mounted. The kernel gives the address of the program's name as a number.
     const auto* name =
         reinterpret_cast<const char*>(::getauxval(AT_EXECFN));  // NOLINT(performance-no-int-to-ptr)
     ::execv(name, words.data());
@@ -109,7 +109,7 @@ std::unique_ptr<tbb::global_control> limit;
 }
 
 std::string text_of(int file) {
-    constexpr std::size_t kMost = 1 << 16;  // of its end
+    constexpr std::size_t kMost = 1 << 16;  // bytes at the end
     const off_t size = ::lseek(file, 0, SEEK_END);
     if (size <= 0) return {};
     std::string text(std::min<std::size_t>(static_cast<std::size_t>(size), kMost), '\0');

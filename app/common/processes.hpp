@@ -7,8 +7,8 @@
 
 #include "flux/shares.hpp"
 
-// Threads of this process, the processes that it starts, and those that `mpirun -n N sidewall ...` has
-// started together, of which rank 0 speaks and writes for all.
+// Threads of this process, its child processes, and the ranks that `mpirun -n N sidewall ...` has started
+// together. Rank 0 prints and writes results for all ranks.
 namespace sidewall::app {
 
 /// The place of this process among those that mpirun has started.
@@ -20,66 +20,66 @@ struct Ranks {
 /// The rank and the number of processes that mpirun gave in the environment when the program began.
 const Ranks& ranks();
 
-/// At the start of the program: ranks but the first fall silent, and each takes its part of the machine's cores as its
-/// threads; children of this process will be alone.
+/// Sets up a rank at the start of the program: ranks other than the first print nothing, each uses its share
+/// of the machine's cores, and child processes do not see that mpirun started this one.
 void begin_rank();
 
-/// Joins the other ranks by MPI, until end_rank.
-/// \returns how they share traces; its sums also agree on what any_rank_interrupted says. One process alone: its own.
+/// Joins the other ranks by MPI, until end_rank().
+/// \returns how ranks share the rays of traces; one process has all. Each sum updates any_rank_interrupted().
 /// \throws RecipeError if this installation has no MPI.
 flux::Shares join_ranks();
 
-/// Whether a signal had asked any rank to stop by the last sum: the same on all ranks.
+/// Whether a signal had asked any rank to stop when the ranks last summed; the same on all ranks.
 bool any_rank_interrupted();
 
-/// Seconds that this rank has spent in sums, waiting for others included.
+/// Seconds that this rank has spent in sums over the ranks, including waiting for other ranks.
 double seconds_in_sums();
 
-/// Writes the error that ends the program to standard error. A rank other than the first leaves that to the first, which mostly
-/// meets the same error, and speaks if it is still alive two seconds later.
-/// \param exit_code  that the program will end with; an interruption all ranks agree on.
+/// Writes the error that ends the program to standard error. A rank other than the first waits two seconds:
+/// mostly the first meets the same error, reports it and ends all. If this rank still runs, it writes, too.
+/// \param exit_code  that the program will end with; other ranks than the first report no interruption.
 void tell_failure(const char* text, int exit_code);
 
-/// At the end of the program, which ends with \p exit_code; if that is an error which other ranks may not have met,
-/// all of them end here.
+/// Leaves the other ranks at the end of the program. If \p exit_code is an error, which other ranks may not
+/// have met, it ends all of them.
 /// \returns \p exit_code.
 int end_rank(int exit_code);
 
 /// The number of threads in force.
 int thread_count();
 
-/// Lets parallel loops use no more than \p count threads from now on; results do not depend on it.
+/// Limits parallel loops to \p count threads; results do not depend on it.
 /// \pre count >= 1.
 void limit_threads(int count);
 
-/// The end of a process.
+/// How a process ended.
 struct ProcessEnd {
-    int exit_code = 0;   ///< 128 and more by a signal
-    std::string output;  ///< what it said on standard output and standard error
+    int exit_code = 0;   ///< 128 plus its number if a signal ended it
+    std::string output;  ///< the end, up to 64 KiB, of its standard output and error
 };
 
-/// A copy of this program that runs beside it with other arguments. It reads nothing, a Ctrl-C at the terminal
-/// does not reach it, and when its parent ends, however that ends, it is asked to stop (Linux).
+/// A child process that runs this program with other arguments. Its standard input is empty, Ctrl-C at the
+/// terminal does not reach it, and it gets SIGTERM when its parent ends for any reason (Linux).
 class ChildProcess {
   public:
     /// \param arguments  without the program's name.
     /// \throws NumericsError if the system refuses a process.
     explicit ChildProcess(const std::vector<std::string>& arguments);
-    /// Stops it, if it still runs, and waits for that.
+    /// Sends SIGTERM if it still runs, and waits for its end.
     ~ChildProcess();
     ChildProcess(ChildProcess&& other) noexcept;
     ChildProcess& operator=(ChildProcess&& other) noexcept;
     ChildProcess(const ChildProcess&) = delete;
     ChildProcess& operator=(const ChildProcess&) = delete;
 
-    /// Nothing while it runs; asks only once after that.
+    /// How it ended, once: nothing while it runs and at later calls.
     std::optional<ProcessEnd> end();
     /// Sends SIGTERM.
     void ask_to_stop() const;
 
   private:
-    pid_t process_ = -1;  // none: ended
-    int output_ = -1;     // a file in memory
+    pid_t process_ = -1;  // -1: its end is known
+    int output_ = -1;     // file in memory that gets its output
 };
 
 }  // namespace sidewall::app

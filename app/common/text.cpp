@@ -18,13 +18,13 @@ namespace {
 constexpr std::uintmax_t kMostBytes = 100'000'000;
 constexpr std::size_t kMostColumns = 1000, kQuoted = 40;  // characters of a text in a message
 
-// The text with the minus signs and blanks of other programs as those of ASCII.
+// Replaces the Unicode minus signs and no-break spaces that other programs write by ASCII.
 std::string plain(std::string_view text) {
     std::string result(text);
-    for (const auto& [sign, ascii] : {std::pair("\xe2\x88\x92", "-"),  // minus, en dash,
-                                      {"\xe2\x80\x93", "-"},
-                                      {"\xc2\xa0", " "},  // and blanks that do not break
-                                      {"\xe2\x80\xaf", " "}})
+    for (const auto& [sign, ascii] : {std::pair("\xe2\x88\x92", "-"),  // minus sign
+                                      {"\xe2\x80\x93", "-"},           // en dash
+                                      {"\xc2\xa0", " "},               // no-break space
+                                      {"\xe2\x80\xaf", " "}})          // narrow no-break space
         boost::replace_all(result, sign, ascii);
     return result;
 }
@@ -47,7 +47,7 @@ std::vector<std::string> fields_of(std::string_view row, char delimiter) {
     return fields;
 }
 
-// The delimiter that a row `sep=;`, which Excel writes and reads before a table, names; 0 for other rows.
+// The delimiter that a row such as `sep=;`, which Excel writes before a table, names; 0 for other rows.
 char delimiter_in(std::string row) {
     std::erase(row, '"');
     for (char& c : row) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -56,7 +56,7 @@ char delimiter_in(std::string row) {
     return names ? row[4] : '\0';
 }
 
-// Whether a field begins as a number does, or is one that is not finite: it is no heading then.
+// Whether a field begins as a number does, or is nan or infinity: such a field is no heading.
 bool begins_as_number(std::string text) {
     for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     std::string_view rest = text;
@@ -66,7 +66,7 @@ bool begins_as_number(std::string text) {
     return !rest.empty() && std::isdigit(static_cast<unsigned char>(rest[0])) != 0;
 }
 
-// A heading's name and the unit in brackets or a slash behind it.
+// Splits a heading into the name and the unit behind it, which is in brackets or after a slash.
 CsvColumn column_of(const std::string& heading) {
     const std::size_t open = heading.find_first_of("[("), slash = heading.find('/');
     const auto part = [&](std::size_t from, std::size_t to) {
@@ -82,7 +82,7 @@ CsvColumn column_of(const std::string& heading) {
     return {.name = part(0, open), .unit = part(open + 1, std::min(close, heading.size()))};
 }
 
-// What a table's numbers look like so far.
+// The format of a table, as far as the rows read so far show it.
 struct Style {
     char delimiter = 0;
     bool points = false, commas = false;  // numbers have had decimal points, or commas
@@ -164,7 +164,8 @@ std::string shell_word(const std::string& text) {
                std::string_view("_-./=+,:@%").find(static_cast<char>(c)) != std::string_view::npos;
     });
     if (plain) return text;
-    // What a terminal would obey is written as printf's octal digits.
+    // A text with control characters has all bytes but printable ASCII and line breaks as printf's octal
+    // digits.
     const bool obeyed = surface::printable(text) != text;
     std::string quoted = "'";
     for (const char c : text) {
@@ -253,7 +254,7 @@ std::optional<std::size_t> TextTable::column(std::string_view name) const {
 TextTable read_text_table(const std::filesystem::path& path) {
     std::vector<std::vector<std::string>> rows = csv_rows(surface::read_whole_file(path));
     TextTable table{.names = rows.front()};
-    rows.pop_back();  // after the last line break: nothing, or half a row
+    rows.pop_back();  // what follows the last line break: nothing, or a row cut off
     for (std::size_t r = 1; r < rows.size(); ++r) {
         if (rows[r].size() != table.names.size())
             throw FileError("{}: row {} has {} values under {} names: it is damaged", path.string(), r,

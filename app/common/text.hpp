@@ -14,26 +14,27 @@ std::vector<std::string> split(std::string_view text, char separator);
 /// The text without the blanks, tabs and carriage returns at its ends.
 std::string_view trimmed(std::string_view text);
 
-/// The number that is the whole of the text; nothing if it is none or not finite. A + before it makes it none.
+/// The number that the whole text is; nothing if it is no number, is not finite or begins with a +.
 std::optional<double> finite_number(std::string_view text);
 
-/// A field of a CSV row: in quotes if its text asks for them.
+/// \p text as a field of a CSV row: in quotes if it has a comma, a quote or a line break.
 std::string csv_field(const std::string& text);
 
-/// The rows of a CSV text (RFC 4180) as fields without their quotes; after a last line break comes one more, of an empty field.
+/// The rows of a CSV text (RFC 4180), fields without quotes. A line break at the end is followed by one more
+/// row, which has one empty field.
 std::vector<std::vector<std::string>> csv_rows(std::string_view text);
 
-/// A word of a command line: in quotes if a shell would read it otherwise, and without characters that a terminal obeys.
+/// \p text as a word of a command line: in quotes if a shell needs them, control characters as octal digits.
 std::string shell_word(const std::string& text);
 
-/// 64 bits of FNV-1a as hexadecimal digits, which differ for different texts.
+/// The 64-bit FNV-1a hash as hexadecimal digits; different texts hardly ever share it.
 std::string digest(std::string_view text);
 
 /// A column of numbers with its heading.
 struct CsvColumn {
     std::string name;            ///< without its unit; "column N" in a table without headings
-    std::string unit;            ///< in brackets behind the name; or ""
-    std::vector<double> values;  ///< as many in every column; nothing to go by if there is a fault
+    std::string unit;            ///< in brackets or after a slash behind the name; or ""
+    std::vector<double> values;  ///< as many in every column; meaningless if there is a fault
     std::string fault;           ///< file, line and text of its first field that is no number; or ""
 };
 
@@ -45,12 +46,13 @@ struct CsvTable {
     std::string understood;  ///< how it was read, in words
 };
 
-/// Reads rows of finite numbers. Commas, semicolons, tabs or blanks separate them, whichever the first row has or Excel's
-/// `sep=;` before it names; beside semicolons and tabs a decimal comma is read, too. The first row has headings, such as `x [nm]`, if no field of it begins as
-/// a number does. Fields may stand in quotes, and a Unicode minus is one. Byte order marks, empty rows and what follows a # are left out.
+/// Reads rows of finite numbers. The separator is the one that Excel's row `sep=;` names, or else the first
+/// of semicolon, tab, comma and blank that the first row has; decimal commas are read unless it is the comma.
+/// The first row holds headings, such as `x [nm]`, if none of its fields begins as a number does. Fields may
+/// be in quotes and have a Unicode minus. Byte order marks, empty rows and what follows a # are left out.
 /// \param name  of the file, for messages.
-/// \throws FileError naming file and line, for rows of several lengths, over \p most_rows of them or none, and what is no number
-///         in a table without headings; in one with headings that is the column's fault.
+/// \throws FileError, with the line, for rows of different lengths, none or over \p most_rows rows, and what
+///         is no number in a table without headings; in one with headings that is the column's fault.
 CsvTable parse_csv(std::string_view text, const std::string& name, std::size_t most_rows = 1'000'000);
 
 /// Reads a file of at most 100 MB as parse_csv() does.
@@ -60,12 +62,12 @@ CsvTable read_csv(const std::filesystem::path& path, std::size_t most_rows = 1'0
 /// \throws FileError if the column has a fault.
 const std::vector<double>& numbers_of(const CsvColumn& column);
 
-/// A CSV file as texts without their quotes.
+/// A CSV file as texts, without quotes.
 struct TextTable {
     std::vector<std::string> names;
     std::vector<std::vector<std::string>> rows;  ///< each as long as names
 
-    /// The column of that name, a unit in brackets aside.
+    /// The index of the column called \p name; a unit in brackets is not compared.
     std::optional<std::size_t> column(std::string_view name) const;
 };
 

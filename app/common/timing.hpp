@@ -5,7 +5,7 @@
 
 namespace sidewall::app {
 
-/// Wall-clock seconds by phase of the time loop; its JSON lists the phases in that order.
+/// Wall-clock seconds by phase of the time loop; its JSON lists the phases in this order.
 struct Timing {
     double extract = 0, features = 0, simplify = 0, bvh = 0, trace = 0, rates = 0, extend = 0, advect = 0,
            redistance = 0, output = 0, total = 0;
@@ -14,7 +14,7 @@ struct Timing {
 SIDEWALL_JSON(Timing, extract, features, simplify, bvh, trace, rates, extend, advect, redistance, output,
               total)
 
-/// Seconds of a clock that never goes back; only differences mean something.
+/// Seconds of a monotonic clock; only differences have a meaning.
 double now();
 
 /// CPU seconds of all threads of the process since it began.

@@ -14,21 +14,20 @@
 namespace sidewall::app {
 namespace {
 
-// In grid spacings.
+// Lengths of TetOptions in grid spacings.
 constexpr double kSize = 2.0;
-constexpr double kLeast = 0.6;       // edges are not divided below
-constexpr double kTolerance = 0.06;  // that fronts may bulge over an edge
-constexpr double kThin = 0.005;      // less of a film is rounding
-constexpr double kShift = 0.06;      // that fronts are offset by at most so that volumes hold
+constexpr double kLeast = 0.6;       // shorter edges are not divided
+constexpr double kTolerance = 0.06;  // largest distance of a front from an edge
+constexpr double kThin = 0.005;      // thinner films are rounding
+constexpr double kShift = 0.06;      // largest offset of fronts to match volumes
 
-// Edges are divided further where a region's volume is off by more. Scraps of less than a cell are left as
-// they are.
+// The mesh is refined by kFiner while a region of over kSmall cells is off its volume by over kVolume.
 constexpr double kVolume = 0.0048, kSmall = 1.0, kFiner = 0.7;
-constexpr double kScrap = 20.0;  // cells that have few vertices off contact lines
+constexpr double kScrap = 20.0;  // cells: smaller regions have few vertices off contact lines
 constexpr int kAttempts = 3;
-constexpr double kLonger = 1.2;  // edges become by steps, until there are few enough
+constexpr double kLonger = 1.2;  // growth of edges, repeated until there are few enough
 
-/// Volume of material under a surface that ends on the box, from its bottom.
+/// Volume of material between z = \p bottom and a surface that ends on the sides of the box.
 double volume_below(const TriangleMesh& mesh, double bottom) {
     double volume = 0.0;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
@@ -36,7 +35,7 @@ double volume_below(const TriangleMesh& mesh, double bottom) {
     return volume;
 }
 
-/// Bodies that wrap each other, and their regions: by material instead of by layer.
+/// Layers as nested bodies, with their regions: one per material, not per layer.
 struct Regions {
     std::vector<const RenderLayer*> layers;
     std::vector<std::string> names;
@@ -47,7 +46,7 @@ Regions regions_of(const RenderScene& scene, const Result& result) {
     const Materials materials = materials_of(result.metadata);
     Regions regions;
     for (const RenderLayer& layer : scene.layers()) {
-        if (!layer.body) continue;  // a film that has no thickness yet
+        if (!layer.body) continue;  // a layer without thickness so far
         const std::string name = material_of(*layer.body, materials).name;
         const auto found = std::find(regions.names.begin(), regions.names.end(), name);
         regions.layers.push_back(&layer);
@@ -60,7 +59,7 @@ Regions regions_of(const RenderScene& scene, const Result& result) {
     return regions;
 }
 
-/// The box that is filled: the sides of the surface, and room below and above.
+/// The box to be meshed: the sides of the surface, and room below and above.
 Box3 box_of(const Result& result, double spacing, const DeviceOptions& options) {
     Box3 box = bounding_box(result.surface);
     double lowest = box.min.z();
@@ -79,7 +78,7 @@ double width_of(const Result& result) {
     return bounding_box(result.surface).size().y();
 }
 
-// A profile drawn out along y by four edges; nothing if it is as wide, or the wafer is no profile.
+// A profile stretched along y to four edges; nothing if it is that wide or the wafer is no profile.
 std::optional<Result> drawn_out(const Result& result, double spacing, const DeviceOptions& options) {
     constexpr double kEdges = 4.0;
     const double wide = width_of(result), width = kEdges * options.size.value_or(kSize * spacing);
@@ -93,15 +92,15 @@ std::optional<Result> drawn_out(const Result& result, double spacing, const Devi
     return drawn;
 }
 
-// Memory of a tetrahedron while it is made, and the expected number.
+// Bytes of memory per tetrahedron while meshing.
 constexpr double kBytes = 400.0;
 
 double expected_count(const Result& result, const Box3& box, double size) {
-    constexpr double kAtFronts = 45.0;  // for size squared, measured on flat and on patterned wafers
+    constexpr double kAtFronts = 45.0;  // tetrahedra per size^2 of front (measured: flat, patterned wafers)
     double area = total_area(result.surface);
     for (const TriangleMesh& mesh : result.interfaces) area += total_area(mesh);
     const Vec3 extent = box.size();
-    const double cube = std::min({16.0 * size, extent.x(), extent.y(), extent.z()});  // far from the fronts
+    const double cube = std::min({16.0 * size, extent.x(), extent.y(), extent.z()});  // edge far from fronts
     return kAtFronts * (area + extent.x() * extent.y()) / (size * size) +
            6.0 * extent.prod() / (cube * cube * cube);
 }
@@ -117,7 +116,7 @@ surface::TetOptions tet_options(const Result& result, double spacing, const Devi
     while (!options.size && tets.size < longest &&
            expected_count(result, tets.box, tets.size) > static_cast<double>(options.most))
         tets.size *= kLonger;
-    // A size that was asked for leaves curves and films as fine as they are.
+    // A size that the user gave does not coarsen curves and films.
     const double ratio = tets.size / (kSize * spacing), fine = options.size ? std::min(1.0, ratio) : ratio;
     tets.least = fine * kLeast * spacing;
     tets.tolerance = fine * kTolerance * spacing;
@@ -127,7 +126,7 @@ surface::TetOptions tet_options(const Result& result, double spacing, const Devi
     tets.outside = options.gas;
     tets.progress = options.progress;
     const Vec3 extent = tets.box.size();
-    constexpr double kDeepest = 100.0;  // of the wafer's width: far below what any device reaches
+    constexpr double kDeepest = 100.0;  // in widths of the wafer: far below what any device reaches
     if (options.bottom && !(extent.z() < kDeepest * std::max(extent.x(), extent.y())))
         throw RecipeError("--bottom {:.6g}: must lie less than {} times the domain's width below the surface",
                           *options.bottom, kDeepest);
@@ -139,14 +138,14 @@ surface::TetOptions tet_options(const Result& result, double spacing, const Devi
             "larger one",
             tets.size, count, 1e-9 * count * kBytes, 1e-9 * free.bytes, free.limit);
     tets.most = static_cast<std::size_t>(std::min(1e9, free.bytes / kBytes));
-    constexpr double kCut = 0.7;  // cutting the fronts adds the rest
+    constexpr double kCut = 0.7;  // share of tetrahedra that exists before the fronts are cut
     if (!options.size)
         tets.most =
             std::min(tets.most, static_cast<std::size_t>(kCut * static_cast<double>(options.most)) + 1);
     return tets;
 }
 
-// Tetrahedra within the most, with longer edges where the size may be chosen.
+// Meshes with at most tets.most tetrahedra, by longer edges where the user gave no size.
 TetMesh mesh_within(const std::vector<surface::Front>& fronts, surface::TetOptions& tets,
                     const DeviceOptions& options) {
     for (;;) try {
@@ -161,7 +160,7 @@ std::vector<TetFace> faces_of(const TetMesh& mesh) {
     return sorted_faces(mesh.tetrahedra, [&](std::uint32_t t) { return mesh.region[t]; });
 }
 
-/// The side that a face lies on, or "surface".
+/// Name of the side of the box that a face lies on, or "surface".
 std::string outer_name(const TetMesh& mesh, const TetFace& face, const Box3& box) {
     constexpr const char* kSides[] = {"x-min", "x-max", "y-min", "y-max", "bottom", "top"};
     for (int axis = 0; axis < 3; ++axis)
@@ -175,7 +174,7 @@ std::string outer_name(const TetMesh& mesh, const TetFace& face, const Box3& box
 }
 
 /// Adds the faces between regions and on the outside.
-/// \param gas  its region; below 0 if it has none.
+/// \param gas  region of the gas; negative if it is not meshed.
 void add_boundaries(TetMesh& mesh, const Box3& box, int gas) {
     const std::vector<TetFace> faces = faces_of(mesh);
     std::map<std::string, std::vector<Triangle>> named;
@@ -197,7 +196,7 @@ void add_boundaries(TetMesh& mesh, const Box3& box, int gas) {
     }
 }
 
-/// By region, as the surfaces enclose them.
+/// Volume by region, as enclosed by the surfaces.
 std::vector<double> enclosed_volumes(const Regions& regions, const surface::TetOptions& tets) {
     std::vector<double> volumes(regions.names.size(), 0.0);
     double below = 0.0;
@@ -220,7 +219,7 @@ bool volumes_hold(const Device& device, double small) {
 
 using Edge = std::array<std::uint32_t, 2>;
 
-// The edges of all boundaries but the two sides across y.
+// Boundary numbers of the edges of all boundaries but `y-min` and `y-max`.
 std::map<Edge, int> named_edges(const TetMesh& mesh) {
     std::map<Edge, int> edges;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -237,7 +236,7 @@ std::map<Edge, int> named_edges(const TetMesh& mesh) {
 }  // namespace
 
 bool is_profile(const Result& result, double spacing) {
-    constexpr double kCell = 1.5;  // in grid spacings; more is no profile
+    constexpr double kCell = 1.5;  // in grid spacings; wider wafers are no profiles
     return width_of(result) <= kCell * spacing;
 }
 
@@ -273,7 +272,7 @@ Device make_device(const Result& wafer, double spacing, const DeviceOptions& opt
         device.mesh = mesh_within(fronts, tets, options);
         for (int& region : device.mesh.region) region = regions.of_layer[static_cast<std::size_t>(region)];
         device.mesh.regions = regions.names;
-        constexpr double kGrowth = 4.0;  // at most, by the next attempt
+        constexpr double kGrowth = 4.0;  // largest growth of the mesh by the next attempt
         if (volumes_hold(device, small) ||
             kGrowth * static_cast<double>(device.mesh.tetrahedra.size()) > static_cast<double>(tets.most))
             break;
@@ -312,7 +311,7 @@ PlaneMesh plane_of(const TetMesh& mesh) {
         plane.triangles.push_back(corners);
         plane.region.push_back(std::ranges::lower_bound(faces, sorted, {}, &TetFace::sorted)->region);
     }
-    std::map<int, int> kept;  // of the boundaries
+    std::map<int, int> kept;  // new numbers of boundaries by old ones
     for (const auto& [edge, boundary] : used) {
         const auto [place, is_new] = kept.try_emplace(boundary, static_cast<int>(plane.boundaries.size()));
         if (is_new) plane.boundaries.push_back(mesh.boundaries[static_cast<std::size_t>(boundary)]);

@@ -15,7 +15,7 @@ TriangleMesh revolved(const TriangleMesh& strip, int sides) {
     TriangleMesh body;
     for (const Attribute& values : strip.triangle_attributes)
         body.triangle_attributes.emplace_back(values).values.clear();
-    std::vector<std::uint32_t> first(strip.vertices.size(), ~0u);  // of a point's copies, all around
+    std::vector<std::uint32_t> first(strip.vertices.size(), ~0u);  // first copy of each vertex
     const auto copies = [&](std::uint32_t v) {
         if (first[v] != ~0u) return first[v];
         first[v] = static_cast<std::uint32_t>(body.vertices.size());

@@ -21,7 +21,7 @@ Json distance_json(const TriangleMesh& surface, const TriangleMesh& raw, double 
     return Json{{"hausdorff_max", d.max / spacing}, {"hausdorff_mean", d.mean / spacing}};
 }
 
-// Largest relative error of the final surface's fluxes; 0 without any.
+// Largest relative error of the final surface's fluxes; 0 if there are none.
 double flux_error(const Json& summary) {
     double error = 0.0;
     for (const Json& flux : summary["flux"])
@@ -29,12 +29,12 @@ double flux_error(const Json& summary) {
     return error;
 }
 
-// Share of its rays at which a run with an error has another one: it falls with their square root.
+// Share of its rays with which a run of \p error has error \p target: errors fall with the rays' square root.
 double rays_at_error(double error, double target) {
     return target > 0.0 ? (error / target) * (error / target) : 1.0;
 }
 
-// Everything but the tracing costs the same however many rays there are.
+// Seconds for a flux of error \p target. Everything but the tracing costs the same for any number of rays.
 double seconds_at_error(const Timing& timing, double error, double target) {
     return timing.features + timing.simplify + timing.bvh + timing.trace * rays_at_error(error, target);
 }
@@ -86,7 +86,7 @@ std::string compare_table(const Json& comparison) {
     for (const Json& v : comparison["variants"])
         header += fmt::format("{:>16}", v["method"] == "none" ? "raw" : v["method"]);
     header += fmt::format("{:>16}\n", "noise floor");
-    // A figure of every variant, by a JSON pointer.
+    // Adds a row with the value at a JSON pointer in every variant.
     const auto row = [&](const std::string& name, const std::string& pointer, int digits,
                          const Json& floor = "") {
         text += fmt::format("{:<28}", name);
@@ -106,7 +106,7 @@ std::string compare_table(const Json& comparison) {
 }
 
 std::string compare_verdict(const Json& comparison) {
-    constexpr double kSame = 1.05;  // of times: what a busy machine changes
+    constexpr double kSame = 1.05;  // ratio of times that a busy machine may change
     const auto number = [](const Json& variant, const char* pointer) {
         return variant.at(Json::json_pointer(pointer)).get<double>();
     };

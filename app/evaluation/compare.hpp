@@ -7,9 +7,8 @@
 
 namespace sidewall::app {
 
-/// Runs the recipe raw, with every way of simplification, and raw once more with another seed; each in its
-/// own folder under \p output. Distances of final surfaces are two-sided, from the raw run's, in grid
-/// spacings.
+/// Runs the recipe raw, with every method of simplification but CGAL's, and raw with another seed, in folders
+/// under \p output. Distances of final surfaces are two-sided, from that of the raw run, in grid spacings.
 /// \param overwrite  as in RunOptions.
 /// \returns what compare.json holds: `variants[]` and `noise_floor`.
 Json compare_methods(const Recipe& recipe, const std::filesystem::path& output, bool quiet,
@@ -18,8 +17,9 @@ Json compare_methods(const Recipe& recipe, const std::filesystem::path& output, 
 /// The comparison as a text table, which ends with compare_verdict().
 std::string compare_table(const Json& comparison);
 
-/// A sentence saying whether simplification paid: the time for the flux at the raw run's statistical error, of the fastest way
-/// and raw, why they differ, and the times of whole runs with equal rays. Times within 5 % count as equal.
+/// A sentence saying whether simplification paid: the time for the flux at the raw run's statistical error,
+/// raw and by the fastest method, why they differ, and the times of whole runs with equal rays. Times within
+/// 5 % count as equal.
 /// \throws what a JSON that is no comparison throws.
 std::string compare_verdict(const Json& comparison);
 

@@ -24,7 +24,7 @@
 namespace sidewall::app {
 namespace {
 
-// A method as the report names it.
+// A method of simplification, with its name in the report.
 struct Method {
     const char* name;
     simplify::Method method;
@@ -48,7 +48,7 @@ struct Surface {
 
 using BeforeTurn = std::function<void(const std::string&)>;
 
-// The mesh of one method at one removal. Seconds are CPU seconds.
+// The mesh that a method makes with a share `removal` of the vertices removed. Seconds are CPU seconds.
 TriangleMesh simplified(const Surface& surface, const Method& method, double removal, Json& seconds) {
     const bool regions = simplify::reads_features(method.method);
     simplify::Options options;
@@ -57,7 +57,7 @@ TriangleMesh simplified(const Surface& surface, const Method& method, double rem
     options.grid_spacing = surface.spacing;
     options.target_vertices = static_cast<std::size_t>(
         std::lround((1.0 - removal) * static_cast<double>(surface.mesh.vertices.size())));
-    // Up to half of the vertices the features stay untouched, beyond they are coarsened too.
+    // Features stay untouched up to a removal of half the vertices; beyond, they are coarsened, too.
     if (regions && removal > 0.5) options.l0 = surface.spacing;
     const double start = cpu_seconds();
     std::vector<std::uint8_t> flags;
@@ -73,7 +73,7 @@ Json distance_json(const surface::Distance& distance, double spacing) {
     return Json{{"max", distance.max / spacing}, {"mean", distance.mean / spacing}};
 }
 
-// Pairs of a distance in grid spacings and the share of the vertices that are farther.
+// Pairs of a distance, in grid spacings, and the share of the vertices with a larger one.
 Json exceedance(const surface::Distance& distance, double spacing) {
     std::vector<double> sorted = distance.per_vertex;
     std::ranges::sort(sorted);
@@ -96,7 +96,7 @@ void write_coloured(const StudyOptions& options, const Surface& surface, Triangl
                         {.texts = {{"length_unit", "um"}}, .numbers = {{"grid_spacing", surface.spacing}}});
 }
 
-// A mesh that is traced, and the CPU seconds that its hierarchy took and traces have taken.
+// A mesh to trace, with the CPU seconds of building its ray tracing hierarchy and of its traces so far.
 struct TracedMesh {
     explicit TracedMesh(TriangleMesh simplified)
         : mesh(std::move(simplified)),
@@ -111,12 +111,11 @@ struct TracedMesh {
     flux::Wedges wedges = flux::make_wedges(mesh);
 };
 
-// All methods at one removal; their meshes are traced in turns, so that other work on the machine slows all
-// of them.
+// Measures all methods at one removal. Traces take turns, so that other work on the machine slows each.
 Json measure_set(const Surface& surface, double removal, const StudyOptions& options,
                  const BeforeTurn& before_turn) {
     Json rows = Json::array();
-    std::deque<TracedMesh> meshes;  // which hierarchies point into
+    std::deque<TracedMesh> meshes;  // a deque, as hierarchies point into them
     for (const Method& method : kMethods) {
         before_turn(fmt::format("{:.0f} % {}", 100.0 * removal, method.name));
         Json seconds;
@@ -143,7 +142,7 @@ Json measure_set(const Surface& surface, double removal, const StudyOptions& opt
                 {.rays = static_cast<std::uint64_t>(0.5 * options.rays), .seed = seed, .stop = interrupted});
             traced.trace_seconds += cpu_seconds() - start;
         }
-    before_turn("");  // the last turn may have been cut short
+    before_turn("");  // throws if an interruption cut the last trace short
     for (std::size_t k = 0; k < meshes.size(); ++k)
         rows[k]["trace"] = {
             {"rays", options.rays},
@@ -182,7 +181,7 @@ Surface grow(int number, const StudyOptions& options, Json& json) {
 constexpr const char* kMean = "/original_to_simplified/mean";
 constexpr const char* kTrace = "/trace/seconds/trace";
 
-// Distances and times as comma separated values, a row a method and share of vertices removed.
+// Distances and times as CSV, a row for each method and share of vertices removed.
 std::string study_csv(const Json& study) {
     constexpr std::pair<const char*, const char*> kColumns[]{
         {"vertices", "/vertices"},
@@ -232,7 +231,7 @@ void study_surface(int number, const StudyOptions& options, Json& study) {
     }
 }
 
-// Mean over the sets of what a method's rows have at a JSON pointer.
+// Mean of the values at a JSON pointer in a method's rows, over all shares of vertices removed.
 double mean(const Json& surface, const std::string& method, const char* pointer) {
     double sum = 0.0, count = 0.0;
     for (const Json& row : surface["rows"])
@@ -248,7 +247,7 @@ std::string head(const std::vector<std::string>& cells) {
     return line(cells) + line(std::vector<std::string>(cells.size(), "---"));
 }
 
-// A claim of the chapter on a quantity against another method's, and the largest change that confirms it.
+// A claim of the chapter on a quantity relative to another method's, with the largest change confirming it.
 struct Claim {
     const char *quantity, *chapter, *pointer, *base;
     double at_most;
@@ -261,7 +260,7 @@ const Claim kClaims[] = {
     {"mean distance to the original", "-20 to -40 %", kMean, kPlainName, -0.2},
     {"simplification time, features included", "+17 %", "/seconds/simplification", kPlainName, 0.17},
     {"tracing time", "-15 %, more in deep trenches", kTrace, "raw", -0.15},
-    {"tracing time", "up to -12 % (deep)", kTrace, kShapeName, -0.05},  // less is within the noise
+    {"tracing time", "up to -12 % (deep)", kTrace, kShapeName, -0.05},  // smaller changes are noise
 };
 
 std::string verdicts(const Json& study) {

@@ -30,16 +30,16 @@ namespace sidewall::app {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr double kUp = 0.9, kLevel = 0.1;  // of a normal's z: what faces up, what faces sideways
+constexpr double kUp = 0.9, kLevel = 0.1;  // least z of a floor's unit normal, largest |z| of a wall's
 constexpr int kDigits = 6;
 constexpr const char* kReport = "validation.json";
-constexpr const char* kSame = "same number";  // the role of a figure that the recipe was given
-// Flats are known to lie within this part of a grid spacing (tests/integration/profile_test.cpp); no length
-// is claimed to be better known.
+constexpr const char* kSame = "same number";  // the role of a value that the recipe was given
+// Flats lie within this part of a grid spacing of the right place (tests/integration/profile_test.cpp); no
+// length is claimed to be more accurate.
 constexpr double kResolution = 0.1;
 
-// Mean over the area of the triangles that count, or their sum by the opening's area. In a round wafer area
-// grows with r.
+// Mean over the area of the triangles that count, or their sum over the opening's area. In a round wafer area
+// is weighted with r.
 double surface_figure(const TriangleMesh& mesh, const ReferenceFigure& figure, const Recipe& recipe) {
     const Attribute *flux = mesh.triangle_attribute(figure.figure),
                     *material = mesh.triangle_attribute("material");
@@ -63,14 +63,14 @@ double surface_figure(const TriangleMesh& mesh, const ReferenceFigure& figure, c
     return area > 0.0 ? sum / area : kNone;
 }
 
-// Mean distance of a measured profile's points from that of a run.
+// Mean unsigned distance of a measured profile's points from the profile of a run.
 double profile_figure(const std::string& file, const Recipe& recipe, const fs::path& run) {
     const MeasuredProfile profile = read_measured_profile(file, recipe.domain.length_unit);
     const auto distance = distance_to(contour_of(run, recipe, profile.time), profile.points, {});
     return distance ? distance->signed_distances.cwiseAbs().mean() : kNone;
 }
 
-// Whether a run of the recipe by this version is there, or a part of one.
+// Whether the folder holds a run of the recipe by this version, or a part of one.
 bool has_begun(const fs::path& folder, const Recipe& recipe) {
     if (!holds_recipe(folder, effective_recipe(recipe))) return false;
     if (!is_there(folder / "summary.json")) return true;
@@ -80,14 +80,14 @@ bool has_begun(const fs::path& folder, const Recipe& recipe) {
     return true;
 }
 
-// A run of a case: which rows have it, and what differs from their recipe.
+// A run of a case: the rows that use it, and its changes of their recipe.
 struct CaseRun {
     std::vector<std::size_t> rows;
-    std::string suffix;  // of its folder
+    std::string suffix;  // ends the name of its folder
     std::vector<std::string> changes;
 };
 
-// The figures of a run's rows; NaN where one does not exist.
+// Makes a run and returns the figures of its rows; NaN where one does not exist.
 std::vector<double> figures_of(const ValidationCase& one, const CaseRun& made,
                                const ValidationOptions& options, double& seconds) {
     const fs::path folder = options.output / (one.name + made.suffix);
@@ -100,8 +100,8 @@ std::vector<double> figures_of(const ValidationCase& one, const CaseRun& made,
                                               .title = one.name,
                                               .resume_command = options.resume_command,
                                               .warn = print_warning});
-    seconds += run.summary["timing"]["total"].get<double>();  // as rounded as that of a run that was there
-    // What was traced has the fluxes as they were counted, but no coverages.
+    seconds += run.summary["timing"]["total"].get<double>();  // rounded, as that of an earlier run is
+    // The traced mesh has the fluxes as they were tallied, but no coverages.
     const auto start = [&](const ReferenceFigure& figure) {
         const fs::path traced = folder / "traced_0000.vtp";
         const bool has = is_there(traced) && !figure.figure.starts_with("coverage_");
@@ -119,8 +119,8 @@ std::vector<double> figures_of(const ValidationCase& one, const CaseRun& made,
     return figures;
 }
 
-// A row of the report: what the runs on the case's grid, on twice the spacing and with another seed have
-// found.
+// A row of the report, from the results on the case's grid, on twice the spacing and with another seed.
+// \param least  smallest error bar of the grid.
 Json reading(const ReferenceFigure& figure, double ours, double coarse, double other, double least) {
     const double noise = std::abs(other - ours), grid = std::max(least, std::abs(coarse - ours));
     const double deviation = ours - figure.reference, bars = noise + grid + figure.bar;
@@ -139,7 +139,7 @@ Json reading(const ReferenceFigure& figure, double ours, double coarse, double o
             {"within_bars", std::abs(deviation) <= bars}};
 }
 
-// The profile of a run over a measured one that is a row of it.
+// The chart of a run's profile over the measured one of a row.
 Json profile_chart(const ValidationCase& one, std::size_t row, const fs::path& run) {
     const Recipe recipe = case_recipe(one, {row});
     const MeasuredProfile profile =
@@ -199,9 +199,9 @@ std::vector<ValidationCase> chosen(const std::vector<ValidationCase>& all,
     return names.empty() ? all : list;
 }
 
-// Why figures of a case lie outside of their bars, those of one reason together.
+// Sentences on why figures of a case lie outside of their bars, one for each reason.
 std::string reasons(const Json& readings) {
-    std::vector<std::pair<std::string, std::string>> by_reason;  // and labels, in the order of the rows
+    std::vector<std::pair<std::string, std::string>> by_reason;  // reason and labels, in order of rows
     for (const Json& reading : readings) {
         if (reading.at("within_bars").get<bool>() || reading.at("role") == "fitted") continue;
         const auto label = reading.at("label").get<std::string>(), why = reading.at("why").get<std::string>();
@@ -217,7 +217,7 @@ std::string reasons(const Json& readings) {
     return text;
 }
 
-// The part of the page about a case. Throws Json::exception if the row is damaged.
+// The section of the page about a case. Throws Json::exception if its entry of the report is damaged.
 std::string section_of(const Json& row) {
     std::string title = row.at("title").get<std::string>();
     title[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(title[0])));
@@ -229,10 +229,10 @@ std::string section_of(const Json& row) {
         const auto unit = reading.at("unit").get<std::string>();
         const double bar = reading.at("reference_bar").get<double>();
         const auto role = reading.at("role").get<std::string>();
-        const Json& percent = reading.at("deviation_percent");  // none of 0
+        const Json& percent = reading.at("deviation_percent");  // null if the reference is 0
         const char* within = reading.at("within_bars").get<bool>() ? "yes" : "no";
         std::string label = reading.at("label").get<std::string>();
-        std::ranges::replace(label, '|', '/');  // ends a cell of the table
+        std::ranges::replace(label, '|', '/');  // '|' would end a cell of the table
         page += fmt::format("| {}{} | {:.5g} | {:.2g} | {:.2g} | {:.6g}{} | {} | {} |\n", label,
                             unit == "1" ? "" : ", in " + unit, reading.at("ours"), reading.at("noise"),
                             reading.at("grid"), reading.at("reference"),
@@ -250,7 +250,7 @@ std::string section_of(const Json& row) {
                        note.empty() ? "" : " " + note, row.at("chart").at("title"), row.at("name"));
 }
 
-// The rows of the report that is there, by case, of those whose files are still the same.
+// The entries of an existing report, by case, for cases whose files have not changed.
 std::map<std::string, Json> earlier_rows(const fs::path& folder, const std::vector<ValidationCase>& cases) {
     std::map<std::string, Json> rows;
     if (!is_there(folder / kReport)) return rows;
@@ -269,7 +269,7 @@ std::map<std::string, Json> earlier_rows(const fs::path& folder, const std::vect
     return rows;
 }
 
-// The page in Markdown: \p frame with all cases in place of its line CASES.
+// The page in Markdown: \p frame, with the sections of all cases in place of its line CASES.
 std::string validation_page(const Json& validation, const std::string& frame) {
     std::string sections;
     std::size_t figures = 0, within = 0, fitted = 0, same = 0;
@@ -295,11 +295,9 @@ std::string validation_page(const Json& validation, const std::string& frame) {
                        frame.substr(std::min(at + mark.size(), frame.size())));
 }
 
-// Writes the rows of this version into a table of all versions' figures. Rows of cases that are not in \p
-// validation stay.
 constexpr const char* kHistoryColumns = "version,case,figure,unit,ours,reference,within\n";
 
-// Before the first run: what is there already must be such a history.
+// Checks, before the first run, that an existing file is such a history.
 void check_history(const fs::path& file) {
     if (file.empty() || !is_there(file)) return;
     if (!fs::is_regular_file(file) || !surface::read_whole_file(file).starts_with(kHistoryColumns))
@@ -307,6 +305,7 @@ void check_history(const fs::path& file) {
                         file.string());
 }
 
+// Replaces the rows of this version's cases in the table of all versions' figures; all other rows stay.
 void write_history(const fs::path& file, const Json& validation) {
     std::string text = kHistoryColumns;
     if (is_there(file)) {
@@ -338,7 +337,7 @@ void write_history(const fs::path& file, const Json& validation) {
 Json validate(const ValidationOptions& options) {
     const std::vector<ValidationCase> all = validation_cases(options.folder),
                                       cases = chosen(all, options.cases);
-    for (const ValidationCase& one : cases)  // all mistakes before the first run
+    for (const ValidationCase& one : cases)  // finds mistakes before the first run
         for (const std::vector<std::size_t>& rows : case_runs(one)) case_recipe(one, rows);
     check_history(options.history);
     const fs::path page = options.folder / "page.md";
@@ -352,7 +351,7 @@ Json validate(const ValidationOptions& options) {
         validation = Json{{"version", version()}, {"cases", Json::array()}};
         for (const ValidationCase& any : all)
             if (rows.contains(any.name)) validation["cases"].push_back(rows[any.name]);
-        // What is finished is kept, should a later case be interrupted.
+        // Written after every case, so that finished ones are kept if a later one is interrupted.
         write_json((options.output / kReport).string(), validation);
         write_file(options.output / "validation.md", validation_page(validation, frame));
         if (!options.history.empty()) write_history(options.history, validation);

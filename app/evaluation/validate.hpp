@@ -8,29 +8,29 @@
 
 namespace sidewall::app {
 
-/// What of a folder of cases is run, and where its results go.
+/// Which cases are run, and where the results go.
 struct ValidationOptions {
     std::filesystem::path folder{};  ///< of the cases
     std::filesystem::path output;
     std::vector<std::string> cases{};  ///< names; empty: all
-    std::filesystem::path history{};  ///< CSV of all versions' figures, whose rows of these cases and version
-                                      ///< are written anew; empty: none
-    bool overwrite = false;           ///< as in RunOptions
-    bool resume = false;           ///< runs of the same recipes and version that are there are not made again
-    std::string resume_command{};  ///< as in RunOptions
+    std::filesystem::path history{};   ///< CSV of all versions' figures, in which the rows of these cases and
+                                       ///< this version are replaced; empty: none
+    bool overwrite = false;            ///< as in RunOptions
+    bool resume = false;               ///< existing runs of the same recipes and version are not made again
+    std::string resume_command{};      ///< as in RunOptions
     std::function<void(const Json&)> finished{};  ///< called with each case as it ends
 };
 
-/// Runs cases (validate_cases.hpp). Each is run with all settings of its rows, on its grid, with another seed if it traces, and on twice the spacing: the bar
-/// of a figure is the sum of both differences, which for a scheme of first order estimates grid and noise; of lengths at least
-/// a tenth of the grid spacing.
+/// Runs cases (validate_cases.hpp). For all settings of its rows a case is run on its grid, with another seed
+/// if it traces, and on twice the spacing. The bar of a figure is the sum of both differences, which for a
+/// scheme of first order estimates grid error and noise; a length's grid error is at least 0.1 grid spacings.
 ///
-/// Writes DIR/{validation.json, validation.md}, a chart of each case into DIR/validation/NAME.svg and the runs into DIR/NAME,
-/// NAME-seed and NAME-coarse, of further settings into NAME-2 and so on. Cases that are not run keep the rows that the report has
-/// of them, if their files are still the same.
+/// Writes DIR/{validation.json, validation.md}, charts to DIR/validation/NAME.svg and runs to DIR/NAME,
+/// NAME-seed and NAME-coarse, for further settings NAME-2 and so on. Cases that are not run keep their rows
+/// of the report that exists, if their files have not changed.
 /// \returns what validation.json holds.
-/// \throws RecipeError for an unknown case; FileError for a validation.json that is none; what validation_cases, case_recipe and
-///         run_recipe throw.
+/// \throws RecipeError for an unknown case; FileError for a damaged validation.json; what validation_cases,
+///         case_recipe and run_recipe throw.
 Json validate(const ValidationOptions& options);
 
 }  // namespace sidewall::app

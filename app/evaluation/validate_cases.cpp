@@ -33,7 +33,7 @@ const std::vector<std::pair<std::string, double ReferenceFigure::*>> kNumbers = 
     {"z_to", &ReferenceFigure::z_to},
     {"radius", &ReferenceFigure::radius},
     {"opening", &ReferenceFigure::opening}};
-constexpr std::string_view kSet = "set:";  // before the recipe's key, in the name of a column of its values
+constexpr std::string_view kSet = "set:";  // begins the name of a column that sets a key of the recipe
 
 [[noreturn]] void refuse(const std::string& place, const std::string& rule) {
     throw FileError("{}: {}", place, rule);
@@ -48,7 +48,7 @@ void require_known(const std::string& place, const std::string& what, const std:
                               did_you_mean(": ", name, known, all)));
 }
 
-// A comment of the head, such as "# title: what is checked"; others are for readers alone.
+// Reads a comment line that describes the case, such as "# title: what is checked"; ignores others.
 void read_comment(ValidationCase& one, std::string_view comment, const std::string& place) {
     const std::size_t colon = comment.find(':');
     if (colon == std::string_view::npos) return;

@@ -13,22 +13,21 @@
 namespace sidewall::app {
 namespace {
 
-constexpr double kWide =
-    30.0;  // values of one sign that differ by more than this factor get a logarithmic axis
+constexpr double kWide = 30.0;  // positive values that differ by more than this factor get a logarithmic axis
 constexpr double kWidth = 560.0, kHeight = 300.0, kLeft = 64.0, kRight = 150.0, kTop = 12.0, kBottom = 44.0;
 constexpr double kMostHeight = 620.0;
 constexpr const char* kColours[] = {"#c2410c", "#2563eb", "#2563eb", "#2563eb"};
 
 using Point = std::array<double, 2>;
 
-// From values to pixels.
+// An axis, which maps values to pixels. `low` and `high` are logarithms on a logarithmic axis.
 struct Axis {
     double low = 0.0, high = 1.0, from = 0.0, to = 1.0;
     bool logarithmic = false;
 
     double scaled(double value) const { return logarithmic ? std::log10(value) : value; }
     double at(double value) const { return from + (scaled(value) - low) / (high - low) * (to - from); }
-    // Round values, at most about eight.
+    // Round values for ticks, at most about eight.
     std::vector<double> ticks() const {
         const double rough = (high - low) / 6.0, decade = std::pow(10.0, std::floor(std::log10(rough)));
         double step = 10.0 * decade;
@@ -54,7 +53,7 @@ Axis axis_over(const std::vector<double>& values, bool logarithmic) {
     return axis;
 }
 
-// Points of a line that are whole; a point that is null ends a stroke, and nothing stands for it.
+// The points of a series; nothing for a null point, which ends a stroke.
 std::vector<std::optional<Point>> points_of(const Json& series) {
     std::vector<std::optional<Point>> points;
     for (const Json& point : series.at("points"))
@@ -147,8 +146,8 @@ Json chart_of_figures(const Json& readings, const std::string& x_axis) {
     for (const Json& one : readings) {
         const double known = one["reference"].get<double>(), bar = one["reference_bar"].get<double>();
         const double x = over_x ? one["x"].get<double>() : ++row;
-        const double unit = over_x ? 1.0 : known;    // in which the row is drawn
-        if (over_x && !ours.empty() && x <= before)  // another curve begins
+        const double unit = over_x ? 1.0 : known;    // that the row's values are divided by
+        if (over_x && !ours.empty() && x <= before)  // another curve begins: break the line
             for (Json* points : {&ours, &reference, &low, &high}) points->push_back(nullptr);
         before = x;
         units.insert(one["unit"].get<std::string>());
@@ -196,7 +195,7 @@ std::string chart_svg(const Json& chart) {
     x.from = kLeft;
     x.to = kWidth - kRight;
     if (chart.value("same_scale", false)) {
-        // One scale for both: as wide as there is room, or as high.
+        // Both axes have the same scale, which fills the width or the greatest height.
         const double scale =
             std::min((x.to - x.from) / (x.high - x.low), (kMostHeight - kTop - kBottom) / (y.high - y.low));
         x.to = x.from + scale * (x.high - x.low);
@@ -210,10 +209,10 @@ std::string chart_svg(const Json& chart) {
         "<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n",
         kWidth, height, kWidth, height, surface::xml_escape(chart.at("title").get<std::string>()));
     svg += axes_svg(x, y, chart);
-    // Ours is drawn over the reference.
+    // The order is reversed, so that ours is drawn over the reference.
     for (std::size_t k = chart["series"].size(); k-- > 0;) {
         svg += series_svg(chart["series"][k], k, x, y);
-        if (k > 2) continue;  // both ends of a bar have one name
+        if (k > 2) continue;  // the two bar lines share a name
         const double at = kTop + 14.0 + 16.0 * static_cast<double>(k);
         svg += fmt::format("<path d=\"M{0:.1f} {1:.1f}h18\" stroke=\"{2}\" stroke-width=\"2\"{3}/>\n",
                            x.to + 10.0, at - 4.0, kColours[k], k > 1 ? " stroke-dasharray=\"3 3\"" : "");

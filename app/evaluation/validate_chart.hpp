@@ -4,15 +4,14 @@
 #include "app/common/json_fwd.hpp"
 #include "app/fit/fit_profile.hpp"
 
-// Charts of validate's cases: as JSON, which pages of reports draw (app/report/charts.js), and as pictures
-// for Markdown.
+// Charts of validation cases: as JSON, which app/report/charts.js draws, and as SVG pictures for Markdown.
 namespace sidewall::app {
 
-/// A run's profile over a measured one, as far as that reaches.
+/// Chart of a run's profile over a measured one, cut to a box around the measured one.
 Json chart_of_profile(const Contour& ours, const MeasuredProfile& reference, const std::string& length_unit);
 
-/// Ours, the reference and its bars over the readings' "x"; where one has none, over the reference by the row's number.
-/// \param x_axis  what x is.
+/// Chart of our figures, the references and their bars over the readings' "x". If one has no "x", all are
+/// divided by their references and drawn over the row's number. \param x_axis  label of the x axis.
 Json chart_of_figures(const Json& readings, const std::string& x_axis);
 
 /// A chart as an SVG picture.

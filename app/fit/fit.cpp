@@ -32,15 +32,15 @@ constexpr const char* kFile = "fit.json";
 // One of the recipes that are fitted together.
 struct FitRecipe {
     std::string label;      // empty if it is the only one
-    const FitOptions& all;  // as the user wrote them
-    FitOptions options;     // those that concern it, without its label
-    std::string text;       // of the file
+    const FitOptions& all;  // options of the fit, as the user wrote them
+    FitOptions options;     // those for this recipe, its label removed
+    std::string text;       // content of the file
     std::string length_unit;
     FitTargets targets;
-    std::vector<std::string> keys;     // that it varies
-    std::vector<std::size_t> places;   // of these among all
-    std::vector<Recipe> recipes;       // of the points
-    std::vector<std::size_t> numbers;  // of their runs
+    std::vector<std::string> keys;     // keys that it varies
+    std::vector<std::size_t> places;   // their indices in Fit::varied
+    std::vector<Recipe> recipes;       // one a point
+    std::vector<std::size_t> numbers;  // run numbers of these
 };
 
 // A fit under way.
@@ -53,7 +53,7 @@ struct Fit {
     RunSet set;
     std::vector<RunValues> points;  // in the order they were asked for
     std::vector<RunPoint> rows;     // of fit.csv
-    std::string missing;            // a target that a run lacks, or why one failed
+    std::string missing;            // the last target that a run lacked, or why one failed
 };
 
 void require_ranges(const std::vector<Vary>& varied) {
@@ -94,14 +94,14 @@ void check_point(const Fit& fit, const BoxPoint& point) {
     for (const FitRecipe& part : fit.parts) recipe_of(part, values_of(fit, point));
 }
 
-// A key's value in the recipe, if it lies between the bounds.
+// The place of a key's value in the recipe, if it lies between the bounds.
 std::optional<double> start_of(const FitRecipe& part, const Vary& vary, const std::string& key) {
     const auto now = written_number(part.text, part.options.recipes[0], part.options.overrides, key);
     if (!now || *now < vary.low || *now > vary.high) return std::nullopt;
     return place_of(vary, *now);
 }
 
-// The recipe's targets and ranges; all its keys' among those of the fit.
+// Reads the targets and ranges of recipe number r; adds its keys to those of the fit, \p all.
 FitRecipe read_part(const FitOptions& options, const std::vector<std::string>& labels, std::size_t r,
                     std::vector<Vary>& all) {
     FitRecipe part{.label = labels[r], .all = options, .options = options};
@@ -145,7 +145,7 @@ void read_parts(const FitOptions& options, Fit& fit) {
             "weights are unknown: give all of them one (+-SIGMA, --profile-sigma) or none");
 }
 
-// All that can be refused is refused here, before anything runs.
+// Reads and checks all options, so that what can be refused is refused before anything runs.
 Fit read_fit(const FitOptions& options) {
     Fit fit{.options = options};
     read_parts(options, fit);
@@ -154,11 +154,11 @@ Fit read_fit(const FitOptions& options) {
     if (fit.parts.size() > 1) fit.columns.emplace_back("recipe");
     for (const Vary& vary : fit.varied) fit.columns.push_back(vary.key);
     fit.start = BoxPoint::Constant(static_cast<Eigen::Index>(fit.varied.size()), 0.5);
-    for (auto part = fit.parts.rbegin(); part != fit.parts.rend(); ++part)  // the first one's values count
+    for (auto part = fit.parts.rbegin(); part != fit.parts.rend(); ++part)  // the first recipe's values win
         for (std::size_t k = 0; k < part->keys.size(); ++k)
             if (const auto place = start_of(*part, fit.varied[part->places[k]], part->keys[k]))
                 fit.start[static_cast<Eigen::Index>(part->places[k])] = *place;
-    // Rules of one key bound a range at its ends, with the other keys somewhere between theirs.
+    // What the rules allow at both ends of a key's range they allow between; other keys stay at their start.
     check_point(fit, fit.start);
     for (Eigen::Index k = 0; k < fit.start.size(); ++k)
         for (const double end : {0.0, 1.0}) {
@@ -197,8 +197,7 @@ Json plan_of(const Fit& fit) {
                                           .dump()))}};
 }
 
-// The point's runs, of several points that are asked for at once; false where values that are each right do
-// not fit together.
+// Adds the runs of a point to the set. False if its values, each of which is allowed, do not fit together.
 // \param seeds  added to the recipe's seed.
 bool add_point(Fit& fit, const BoxPoint& point, std::int64_t seeds) {
     const RunValues values = values_of(fit, point);
@@ -247,7 +246,7 @@ Residuals residuals_at(Fit& fit, std::size_t point) {
     return all;
 }
 
-// \param repeats  the points are one, each with a seed of its own.
+// Residuals at points, whose runs are made together. \param repeats  the points are equal: use other seeds.
 std::vector<Residuals> evaluate(Fit& fit, ProgressBar& progress, const std::vector<BoxPoint>& points,
                                 bool repeats) {
     std::vector<std::optional<std::size_t>> added;
@@ -268,7 +267,7 @@ std::vector<Residuals> evaluate(Fit& fit, ProgressBar& progress, const std::vect
     return residuals;
 }
 
-// The profiles, at their places in residuals_at; points in the first recipe's unit.
+// The profiles with their places in residuals_at(); points in the first recipe's length unit.
 std::vector<ProfileResiduals> profiles_of(const Fit& fit) {
     std::vector<ProfileResiduals> profiles;
     const double unit = metres_in(fit.parts.front().length_unit);
@@ -306,7 +305,7 @@ FitSearch find(Fit& fit) {
     }
 }
 
-// The best recipes, and their profiles over the measured ones.
+// Writes the best recipes, and the profiles of their runs beside the measured ones.
 void write_best(const Fit& fit, const FitEnd& end) {
     const fs::path& folder = fit.options.output;
     for (const FittedRecipe& fitted : end.recipes) {
@@ -336,7 +335,7 @@ Json run_fit(const FitOptions& options) {
     const std::string path = (options.output / kFile).string();
     adopt_runs(fit.set);
     json["status"] = "unfinished";
-    // A result stands until there is a better one.
+    // An earlier result stays until the search has ended.
     if (!fs::exists(path)) write_json(path, json);
 
     const FitSearch search = find(fit);

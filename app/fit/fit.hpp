@@ -11,7 +11,7 @@ namespace sidewall::app {
 /// Arguments of a fit, as the user wrote them.
 struct FitOptions {
     std::vector<std::string>
-        recipes;  ///< files; of several each has a LABEL, its name without folder and .toml
+        recipes;  ///< files; if several, the LABEL of each is its name without folder and .toml
     std::vector<std::string> overrides;  ///< [LABEL:]key=value, of all recipes' runs or of one's
     std::vector<std::string> vary;       ///< [LABEL:]KEY=LO:HI[:log], shared by all recipes or of one
     std::vector<std::string> targets;    ///< [LABEL:]NAME=VALUE[+-SIGMA], of figures of a summary's metrology
@@ -27,13 +27,13 @@ struct FitOptions {
 };
 
 /// Finds the values of a recipe's keys, within bounds, at which its runs come closest to the targets
-/// (fit/fit_search.hpp), from the recipe's own values and points spread between the bounds, all with the same random
-/// numbers. Several recipes, as one process in several geometries, are run at every point and meet all their targets
-/// together. Writes DIR/fit.json, fit.csv (a row a run), best.toml, overlay.csv for profiles, and runs/NNNN; of several
-/// recipes best_LABEL.toml and overlay_LABEL.csv.
+/// (fit/fit_search.hpp). The search begins at the recipe's values and at points spread between the bounds;
+/// all its runs have the same random numbers. Several recipes, such as one process in several geometries, are
+/// run at every point and fitted together. Writes DIR/fit.json, fit.csv (a row a run), best.toml, overlay.csv
+/// for profiles, and runs/NNNN; of several recipes best_LABEL.toml and overlay_LABEL.csv.
 /// \returns what fit.json holds.
-/// \throws RecipeError, before the first run, for what cannot be fitted; FileError for profiles; Interrupted; IoError;
-///         NumericsError if no run has all targets.
+/// \throws RecipeError, before the first run, for what cannot be fitted; FileError for profiles; Interrupted;
+///         IoError; NumericsError if no run has all targets.
 Json run_fit(const FitOptions& options);
 
 }  // namespace sidewall::app

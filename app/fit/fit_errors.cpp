@@ -13,20 +13,20 @@ namespace {
 
 using Eigen::Index, Eigen::MatrixXd, Eigen::Vector2d, Eigen::VectorXd;
 
-constexpr double kUnbounded = 1e3;  // a standard deviation
+constexpr double kUnbounded = 1e3;  // standard deviation, in the unit box, where nothing bounds it
 
-// The direction without components that chance may have given it.
+// The direction without its small components, which may be due to chance.
 VectorXd significant(const VectorXd& direction) {
     constexpr double kPart = 0.1;
     return (direction.array().abs() < kPart).select(0.0, direction);
 }
 
-// A variance, and of how many degrees of freedom it was estimated.
+// A variance, and the degrees of freedom of its estimate.
 struct Estimate {
     double variance = 0.0, degrees = kInfinity;
 };
 
-// Half of the 95 % interval of a sum of two errors.
+// Half of the 95 % interval of a sum of two errors, by Satterthwaite.
 double half_interval(const Estimate& a, const Estimate& b) {
     const double sum = a.variance + b.variance;
     if (sum <= 0.0) return 0.0;
@@ -37,14 +37,14 @@ double half_interval(const Estimate& a, const Estimate& b) {
 
 // The simulation's noise in the residuals of a run.
 struct SimulationNoise {
-    MatrixXd along;     // its components that parameters can take up: the product with the transpose is their
-                        // covariance
-    double rest = 0.0;  // variance of all others together
+    MatrixXd along;     // the components that parameters can absorb: the product with the transpose is
+                        // their covariance
+    double rest = 0.0;  // variance of all other components together
     double degrees = kInfinity;
 };
 
-// Deviations of the runs with other seeds from their mean: the product with the transpose is the residuals'
-// covariance. No columns without two such runs.
+// Deviations of the repeats with other seeds from their mean, scaled: the product with the transpose is the
+// residuals' covariance. No columns without two repeats.
 MatrixXd spread_over_seeds(const LeastSquaresResult& result) {
     const Index runs = result.repeats.cols();
     if (runs < 2) return MatrixXd(result.residuals.size(), 0);
@@ -60,7 +60,7 @@ SimulationNoise simulation_noise(const LeastSquaresResult& result, const MatrixX
     noise.along = basis.transpose() * spread;
     noise.rest = std::max(0.0, spread.squaredNorm() - noise.along.squaredNorm());
     if (result.grid_steps.size() == 0 || result.grid_steps.isZero(0.0)) return noise;
-    // A figure on a step may be off by as much as the step either way.
+    // A figure that changes in steps may be off by a step either way: its variance is step^2 / 3.
     noise.along.conservativeResize(Eigen::NoChange, noise.along.cols() + result.grid_steps.size());
     noise.along.rightCols(result.grid_steps.size()) =
         basis.transpose() * (result.grid_steps / std::sqrt(3.0)).asDiagonal();
@@ -71,8 +71,7 @@ double correlation_at(const ErrorCorrelation& correlation, double distance) {
     return correlation.shared * std::exp(-distance / correlation.length);
 }
 
-// Numbers of at most \p most points: all, or balls of neighbours, whose distances show how soon errors
-// differ.
+// Indices of at most \p most points: all, or three balls of neighbours, which have short distances, too.
 std::vector<std::size_t> neighbours(const std::vector<Vector2d>& points, std::size_t most) {
     constexpr std::size_t kBalls = 3;
     std::vector<std::size_t> order(points.size()), chosen;
@@ -91,7 +90,7 @@ std::vector<std::size_t> neighbours(const std::vector<Vector2d>& points, std::si
     return chosen;
 }
 
-// Minus twice the logarithm of the restricted likelihood at the likeliest variance, but for a constant.
+// Minus twice the logarithm of the restricted likelihood at the likeliest variance, up to a constant.
 // \param basis  orthonormal columns: what the parameters can change of the residuals.
 double unlikelihood(const VectorXd& residuals, const MatrixXd& basis, const MatrixXd& distances,
                     const ErrorCorrelation& correlation) {
@@ -116,7 +115,7 @@ double residual_variance(const LeastSquares& problem, double sum, double degrees
 }
 
 void add_intervals(const LeastSquares& problem, LeastSquaresResult& result) {
-    constexpr double kVanishing = 0.005;  // of the strongest slope
+    constexpr double kVanishing = 0.005;  // part of the strongest slope, up to which a slope vanishes
     const MatrixXd &slopes = result.slopes, &tested = result.tested;
     const Index count = result.residuals.size(), parameters = slopes.cols();
     const Eigen::JacobiSVD<MatrixXd> svd(tested.cols() > 0 ? MatrixXd(slopes * tested) : slopes,
@@ -126,7 +125,7 @@ void add_intervals(const LeastSquares& problem, LeastSquaresResult& result) {
     const CorrelatedErrors shared = correlated_errors(result.correlation, svd.matrixU(), problem.profiles);
     const SimulationNoise noise = simulation_noise(result, svd.matrixU());
     const bool estimated = !problem.known_errors && count > parameters, repeated = result.repeats.cols() > 1;
-    // Correlated errors that the parameters absorb do not show in the residuals.
+    // Degrees of freedom: the residuals do not show those correlated errors that the parameters absorb.
     const double left = estimated ? static_cast<double>(count) - shared.widening.trace() : 0.0;
     const double sum = std::max(0.0, result.residuals.squaredNorm() - noise.rest);
     // A model without random numbers may be rough over the parameters all the same.
@@ -138,8 +137,8 @@ void add_intervals(const LeastSquares& problem, LeastSquaresResult& result) {
                              {of_noise, noise.degrees});
     };
     result.error_from_noise = !problem.known_errors && count <= parameters;
-    // Three close points may lie on a line by chance. Where the random numbers are no longer common, points
-    // scatter as seeds do; what scatters more is the model's curvature.
+    // The noise of three close points may be too small by chance: take the scatter of points farther apart,
+    // at most the spread over seeds, as any further scatter is the model's curvature.
     const double apart = std::max(
         result.noise,
         std::min(result.scatter, noise_over_seeds(result).norm() / std::sqrt(static_cast<double>(count))));
@@ -147,13 +146,13 @@ void add_intervals(const LeastSquares& problem, LeastSquaresResult& result) {
     // Residuals of a search that was cut short are no measure of errors.
     const bool reliable = result.converged || !problem.descends || problem.known_errors;
     MatrixXd unbounded = MatrixXd::Identity(parameters, parameters) - tested * tested.transpose();
-    MatrixXd inverse = MatrixXd::Zero(parameters, strengths.size());  // of the slopes that do not vanish
+    MatrixXd inverse = MatrixXd::Zero(parameters, strengths.size());  // pseudo-inverse of the slopes
     result.free_directions.clear();
     for (Index k = 0; k < tested.cols(); ++k) {
         const VectorXd direction = tested * svd.matrixV().col(k);
         const double slope = k < strengths.size() ? strengths[k] : 0.0;
         const bool vanishes = slope <= std::max(hidden, kVanishing * strengths[0]);
-        // An interval as wide as the bounds says nothing that they did not.
+        // A direction is free, too, if its interval is as wide as the bounds.
         if (vanishes ||
             (reliable && half(shared.widening(k, k), noise.along.row(k).squaredNorm()) > 0.5 * slope))
             result.free_directions.push_back(direction);
@@ -174,7 +173,7 @@ void add_intervals(const LeastSquares& problem, LeastSquaresResult& result) {
     result.half_interval.resize(parameters);
     for (Index k = 0; k < parameters; ++k)
         result.half_interval[k] =
-            half(of_targets(k, k), of_noise(k, k)) + std::sqrt(std::max(0.0, unbounded(k, k)));  // rounding
+            half(of_targets(k, k), of_noise(k, k)) + std::sqrt(std::max(0.0, unbounded(k, k)));  // may be < 0
 }
 
 VectorXd noise_over_seeds(const LeastSquaresResult& result) {
@@ -183,8 +182,8 @@ VectorXd noise_over_seeds(const LeastSquaresResult& result) {
 }
 
 double student_quantile(double degrees) {
-    // Without long double, which Boost would compute with at the program's start and which valgrind has no
-    // more digits for.
+    // Without long double: Boost would compute with it at the program's start, and valgrind gives it no more
+    // digits than a double.
     using Policy = boost::math::policies::policy<boost::math::policies::promote_double<false>>;
     constexpr double kUpper = 0.975;
     return quantile(boost::math::students_t_distribution<double, Policy>(degrees), kUpper);
@@ -193,8 +192,8 @@ double student_quantile(double degrees) {
 ErrorCorrelation find_correlation(const VectorXd& residuals, const MatrixXd& slopes,
                                   const std::vector<ProfileResiduals>& profiles) {
     constexpr std::size_t kMostPoints = 240;
-    constexpr Index kFewPoints = 12;  // beyond the parameters
-    constexpr double kAkaike = 4.0;   // two parameters more must be worth it
+    constexpr Index kFewPoints = 12;  // fewest points beyond the number of parameters
+    constexpr double kAkaike = 4.0;   // Akaike's criterion: 2 for each of two more parameters
     std::vector<Index> rows;
     std::vector<Vector2d> places;
     std::vector<std::size_t> profile_of;
@@ -220,7 +219,7 @@ ErrorCorrelation find_correlation(const VectorXd& residuals, const MatrixXd& slo
     const VectorXd chosen = residuals(rows);
     ErrorCorrelation best;
     double least = unlikelihood(chosen, basis, distances, {1.0, 0.0}) - kAkaike;
-    // Points that lie together count as one: begin where most have a neighbour.
+    // Begin at a length at which most points have a neighbour; points that lie together count as one.
     for (double length = std::max(nearest, greatest / static_cast<double>(2 * count)); length <= greatest;
          length *= 1.5)
         for (const double shared : {0.2, 0.4, 0.6, 0.8, 0.95, 1.0})
@@ -235,7 +234,7 @@ CorrelatedErrors correlated_errors(const ErrorCorrelation& correlation, const Ma
                                    const std::vector<ProfileResiduals>& profiles) {
     CorrelatedErrors errors{.widening = basis.transpose() * basis};
     const auto count = static_cast<double>(basis.rows());
-    double squares = count;  // of all correlations
+    double squares = count;  // sum of all correlations squared
     if (correlation.shared > 0.0)
         for (const ProfileResiduals& profile : profiles)
             for (std::size_t i = 0; i < profile.points.size(); ++i)

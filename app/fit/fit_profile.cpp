@@ -17,7 +17,7 @@ using Eigen::Vector2d;
 
 constexpr std::size_t kMostProfilePoints = 5000;
 
-// Signed distance from the nearest piece and the direction in which it grows.
+// Signed distance from the nearest segment of a contour, and the direction in which it grows.
 struct Nearest {
     double distance = kInfinity;
     Vector2d normal = Vector2d::Zero();
@@ -33,7 +33,7 @@ Nearest nearest_on(const Contour& contour, const Vector2d& p) {
         const Vector2d from = to - t * along;
         const double distance = from.norm();
         if (distance > best * (1.0 + 1e-12) + 1e-300) continue;
-        // At a corner both pieces are as near: the side is that of the one whose line is farther away.
+        // At a corner two segments are equally near: that whose line is farther away tells the side.
         const double across =
             (along.x() * to.y() - along.y() * to.x()) / std::sqrt(std::max(length2, 1e-300));
         if (distance >= best * (1.0 - 1e-12) && std::abs(across) <= steepest) continue;
@@ -53,7 +53,7 @@ double sum_of_squares(const Contour& contour, const std::vector<Vector2d>& point
     return sum;
 }
 
-// Gauss-Newton on the offset from where it is; the sum of squares only falls.
+// Improves an offset by Gauss-Newton steps, which are halved until the sum of squares falls.
 void settle_offset(const Contour& contour, const std::vector<Vector2d>& points, ProfileOffset free,
                    Vector2d& offset) {
     constexpr int kMostSteps = 30;
@@ -84,7 +84,7 @@ void settle_offset(const Contour& contour, const std::vector<Vector2d>& points, 
 
 Vector2d find_offset(const Contour& contour, const std::vector<Vector2d>& points, ProfileOffset free) {
     constexpr std::size_t kFew = 60;
-    constexpr double kReach = 0.2;  // of the profile's extent, where the search begins
+    constexpr double kReach = 0.2;  // starts beside 0, as a share of the profile's extent
     std::vector<Vector2d> few;
     for (std::size_t i = 0; i < points.size(); ++i)
         if (i * kFew / points.size() != (i + 1) * kFew / points.size() || points.size() <= kFew)
@@ -160,7 +160,7 @@ void require_saved_time(const MeasuredProfile& profile, const Recipe& recipe) {
     std::vector<double> times{0.0, total};
     double end = 0.0;
     for (const Step& step : steps) {
-        if (has_stop(step)) return;  // who knows when it ends
+        if (has_stop(step)) return;  // its end is unknown before the run
         times.push_back(end += step.duration);
     }
     const double every = recipe.output.every.value_or(0.0);
@@ -177,7 +177,7 @@ void require_wafer_size(const MeasuredProfile& profile, const Recipe& recipe) {
     const Vector2d span = bounds_of(profile.points).sizes();
     const std::size_t along = surface::parse_plane(recipe.metrology.cut).normal.x() != 0.0 ? 1 : 0;
     const double wafer = recipe.domain.extent[along];
-    constexpr double kWithBeyond = 3.0;  // contour_of
+    constexpr double kWithBeyond = 3.0;  // in widths: contour_of() adds two copies
     if (span.x() <= kWithBeyond * wafer && span.maxCoeff() >= recipe.domain.grid_spacing) return;
     throw FileError(
         "{0}: its points span {1:.4g} by {2:.4g}, the wafer is {3:.4g} {4} wide: are "
@@ -190,7 +190,7 @@ Contour contour_of(const std::filesystem::path& folder, const Recipe& recipe, st
     const SavedSurface* chosen = &saved.back();
     if (time) {
         constexpr double kSlack = 1e-6;                             // relative
-        if (*time > saved.back().time * (1.0 + kSlack)) return {};  // it ended before
+        if (*time > saved.back().time * (1.0 + kSlack)) return {};  // the run ended before
         chosen = &saved_at(saved, *time);
     }
     const surface::Plane plane = surface::parse_plane(recipe.metrology.cut);

@@ -18,15 +18,15 @@ namespace sidewall::app {
 namespace {
 
 constexpr int kFitDigits = 6;
-constexpr double kNoBound = 2.0;  // half an interval, in ranges: wider ones bound nothing
+constexpr double kNoBound = 2.0;  // largest half interval reported, in ranges of the key
 
-// The value at a place that may lie outside of the bounds, as an interval's end does.
+// The value at a place that may lie outside of the bounds, as the end of an interval may.
 double value_beyond(const Vary& vary, double place) {
     return vary.log ? vary.low * std::pow(vary.high / vary.low, place)
                     : vary.low + (vary.high - vary.low) * place;
 }
 
-// Keys of every direction that the targets leave open.
+// For each direction that the targets do not determine: the keys that change along it.
 Json free_keys(const FitEnd& end) {
     constexpr double kPart = 0.3;
     Json groups = Json::array();
@@ -55,9 +55,8 @@ Json parameters_json(const FitEnd& end, const Json& free) {
         const bool at_bound = place < kAtBound || place > 1.0 - kAtBound;
         const bool is_free = std::ranges::any_of(
             free, [&](const Json& keys) { return std::ranges::find(keys, Json(vary.key)) != keys.end(); });
-        // At a bound the residuals are not least in this key, and the linear model gives no interval; of keys
-        // that the targets do not tell apart it holds near the optimum alone, and not as far as their
-        // interval.
+        // There is no interval at a bound, where the residuals are not least in this key, and none for keys
+        // that the targets do not tell apart: the linear model does not hold over so wide an interval.
         const bool bounded = half < kNoBound && !at_bound && !is_free;
         for (const double sign : {-1.0, 1.0})
             json["interval95"].push_back(
@@ -81,7 +80,7 @@ Json correlation_json(const FitEnd& end) {
     return all;
 }
 
-// \param first  among all residuals, of the recipe's; gets that of the next recipe.
+// \param first  index of the recipe's first residual; set to that of the next recipe.
 void add_residuals(const FittedRecipe& fitted, const LeastSquaresResult& found, Eigen::Index& first,
                    Json& all) {
     constexpr int kFewDigits = 3;
@@ -108,7 +107,7 @@ void add_residuals(const FittedRecipe& fitted, const LeastSquaresResult& found, 
         if (!best) continue;
         const Eigen::VectorXd& d = best->distance.signed_distances;
         Json& json = all[label + targets.profiles[k].name] =
-            Json{{"asked", 0.0},  // distance, its root mean square
+            Json{{"asked", 0.0},  // root mean square of the distances
                  {"got", number_or_null(rms(d), kFitDigits)},
                  {"sigma", targets.profile_sigma ? Json(*targets.profile_sigma) : Json()},
                  {"unit", fitted.best_recipe.domain.length_unit},
@@ -123,7 +122,7 @@ void add_residuals(const FittedRecipe& fitted, const LeastSquaresResult& found, 
     }
 }
 
-// Rows of a contour's points between two places across the wafer, with an empty one where its line is broken.
+// Rows of a contour's points between two places across the wafer; an empty row where a line ends.
 std::string contour_rows(const char* name, const Contour& contour, double low, double high) {
     std::string rows;
     Eigen::Vector2d end(kInfinity, kInfinity);
@@ -158,7 +157,7 @@ std::string unmet_targets(const Json& fit) {
 
 std::string unit_of_key(const std::vector<KeyDoc>& keys, const Recipe& recipe, const std::string& name) {
     auto key = std::ranges::find(keys, name, &KeyDoc::name);
-    if (key == keys.end())  // behind a recipe's label
+    if (key == keys.end())  // then the key follows a recipe's label
         key = std::ranges::find(keys, name.substr(name.find(':') + 1), &KeyDoc::name);
     return key == keys.end() ? "" : unit_text(key->unit, recipe.domain.length_unit, recipe.domain.time_unit);
 }
@@ -239,7 +238,7 @@ std::vector<std::string> fit_remarks(const Json& fit) {
 
 std::string noise_remark(const Json& fit) {
     const auto runs = fit.value("noise_runs", std::size_t{0});
-    return runs < 2  // of which there is no spread
+    return runs < 2  // too few for a spread
                ? "the intervals lack the noise of the simulation: too few runs were left for other seeds"
                : fmt::format(
                      "the intervals hold the noise of the simulation, from {} more runs with other seeds at these values",

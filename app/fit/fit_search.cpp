@@ -15,10 +15,10 @@ namespace {
 
 using Eigen::VectorXd;
 
-constexpr double kMet = 0.01;       // of what is asked for, root mean square
-constexpr double kMetSigmas = 2.0;  // where standard deviations are known
-constexpr double kApart = 0.1;      // between minima, in the unit box
-constexpr double kBeside = 0.01;    // points of one minimum
+constexpr double kMet = 0.01;       // root mean square, relative to the values asked for
+constexpr double kMetSigmas = 2.0;  // in standard deviations, where these are known
+constexpr double kApart = 0.1;      // least distance of two minima, in the unit box
+constexpr double kBeside = 0.01;    // largest distance of points of one minimum, in the unit box
 
 // All points that a search has evaluated, each once.
 class Trials {
@@ -43,7 +43,7 @@ class Trials {
 
     const FitTrial& best() const { return *std::ranges::min_element(all_, {}, &FitTrial::cost); }
 
-    // Least squares from the best of these points, or from the start, with the runs that are left.
+    // Least squares from the best of \p known, or from the first points if empty, with the runs left.
     LeastSquaresResult fit(std::vector<FitTrial> known, std::optional<double> noise, bool descends = true) {
         LeastSquares problem = problem_;
         problem.evaluate = [this](const std::vector<BoxPoint>& x) { return evaluate(x); };
@@ -64,7 +64,7 @@ class Trials {
 // The objective of NLopt. Points without residuals cost more than all others.
 struct SumOfSquares {
     Trials& trials;
-    std::size_t most = 0;   // trials: points at the bounds come up again and count once
+    std::size_t most = 0;   // trials allowed; repeated points, as at bounds, count once
     double greatest = 1.0;  // finite cost so far
     std::exception_ptr failure;
 };
@@ -85,7 +85,7 @@ double sum_of_squares(unsigned count, const double* x, double*, void* data) {
     return cost;
 }
 
-// From the best point so far. False if it ended for want of runs.
+// Minimises the sum of squares by NLopt, from the best point so far. False if it ended for want of runs.
 bool minimise(Trials& trials, nlopt::algorithm algorithm, std::size_t runs, std::size_t population) {
     constexpr double kFirstStep = 0.2;  // in the unit box
     constexpr std::size_t kMostRepeats = 10;
@@ -110,14 +110,14 @@ bool minimise(Trials& trials, nlopt::algorithm algorithm, std::size_t runs, std:
         double least = 0.0;
         return search.optimize(x, least) != nlopt::MAXEVAL_REACHED;
     } catch (const nlopt::roundoff_limited&) {
-        return true;  // points so close that rounding hides their difference
+        return true;  // the points are so close that rounding hides their difference
     } catch (const std::runtime_error&) {
         if (sum.failure) std::rethrow_exception(sum.failure);
         return false;
     }
 }
 
-// Runs that the last fit takes: noise, slopes from both sides, some steps.
+// Runs that the final Gauss-Newton fit takes: for noise, slopes from both sides, and some steps.
 std::size_t last_runs(Eigen::Index parameters) {
     return static_cast<std::size_t>(4 * parameters + 6);
 }
@@ -126,7 +126,7 @@ std::size_t fewest_at_random(Eigen::Index parameters) {
     return last_runs(parameters) + 4 * (static_cast<std::size_t>(parameters) + 1);
 }
 
-// Runs that are kept for the noise; a spread takes two.
+// Runs that are kept for repeats, which show the noise; a spread takes two.
 std::size_t count_repeats(const LeastSquares& problem) {
     const std::size_t kept = std::min(kRepeats, problem.max_runs / 4);
     return problem.repeat && kept > 1 ? kept : 0;
@@ -150,7 +150,7 @@ bool search_at_random(Trials& trials, Eigen::Index parameters) {
     return true;
 }
 
-// Whether two ends are different minima: apart in more than the directions that are free.
+// Whether two results are different minima: apart by over kApart, free directions aside.
 bool are_apart(const LeastSquaresResult& a, const LeastSquaresResult& b) {
     VectorXd between = b.best - a.best;
     for (const LeastSquaresResult* found : {&a, &b})
@@ -158,7 +158,7 @@ bool are_apart(const LeastSquaresResult& a, const LeastSquaresResult& b) {
     return between.lpNorm<Eigen::Infinity>() > kApart;
 }
 
-// The points nearer to the far side, the first point farthest from \p end, than to \p end.
+// The trials that are nearer to one of the first points, the one farthest from \p end, than to \p end.
 std::vector<FitTrial> points_beyond(const Trials& trials, std::size_t first_count, const BoxPoint& end) {
     const FitTrial* farthest = nullptr;
     for (std::size_t i = 0; i < std::min(first_count, trials.all().size()); ++i) {
@@ -207,15 +207,15 @@ FitSearch search_by(const std::string& method, Trials& trials, const LeastSquare
     const bool ended = any && runs > 0 && minimise(trials, nlopt::LN_BOBYQA, runs, 0);
     const BoxPoint end = trials.best().x;
     LeastSquaresResult found = trials.fit(trials.all(), {}, false);
-    // The search has missed the minimum if a point evaluated for slopes is lower, unless it is as near as
-    // those for the noise.
+    // The search has missed the minimum if a point that was evaluated for slopes is lower, unless it is as
+    // near as the points that show the noise.
     found.converged = ended && (found.best - end).lpNorm<Eigen::Infinity>() < kBeside;
     return {.found = std::move(found)};
 }
 
-// Residuals that are equal to the last digit at points beside the optimum where the slopes, or other points,
-// say that they differ: by how much they should. Two points may be equal by chance within the noise, three
-// are not.
+// The steps of residuals that change in steps of the grid, else 0. Such a residual is equal to the last digit
+// at points near the optimum, though slopes or other points say that it differs: its step is the largest such
+// difference. Two points may be equal by chance if it is within the noise, three are not.
 VectorXd grid_steps(const Trials& trials, const LeastSquares& problem, const LeastSquaresResult& found) {
     constexpr double kNearest = 0.002, kPart = 0.1, kVanishing = 1e-6, kNoises = 4.0;
     std::vector<const FitTrial*> near;
@@ -226,7 +226,7 @@ VectorXd grid_steps(const Trials& trials, const LeastSquares& problem, const Lea
         range = range.cwiseMax((*trial.residuals - found.residuals).cwiseAbs());
         if ((trial.x - found.best).lpNorm<Eigen::Infinity>() <= kMostDifference) near.push_back(&trial);
     }
-    // Distances of a profile's points that the process leaves alone are equal, too.
+    // Profiles are left out: points at surfaces that the process does not change have equal distances, too.
     for (const ProfileResiduals& profile : problem.profiles)
         range.segment(profile.first, static_cast<Eigen::Index>(profile.points.size())).setZero();
     for (Eigen::Index i = 0; i < steps.size(); ++i) {

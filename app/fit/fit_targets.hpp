@@ -18,7 +18,7 @@ struct MeasureTarget {
     std::optional<double> sigma;
 };
 
-/// The scale of a measure's residual: its standard deviation, or else the value asked for.
+/// The scale of a measure's residual: its standard deviation, else |asked|, or 1 if that is 0.
 double scale_of(const MeasureTarget& target);
 
 /// All targets of a recipe.
@@ -34,45 +34,44 @@ struct FitTargets {
 /// \throws RecipeError, FileError naming the option or file.
 FitTargets read_targets(const FitOptions& options, const Recipe& recipe);
 
-/// The scale of the residuals of a profile's points: their standard deviation, or else the profile's extent.
+/// The scale of the residuals of a profile's points: their standard deviation, else the profile's extent.
 double profile_scale(const FitTargets& targets, std::size_t profile);
 
 /// Makes a recipe measure all targets.
 void want_targets(const FitTargets& targets, Recipe& recipe);
 
-/// The contour of a run, and the distances of the measured profile from it.
+/// The contour of a run, and the distances of a measured profile from it.
 struct ProfileResidual {
     Contour contour;
     ProfileDistance distance;
 };
 
-/// Compares profile number \p profile with a finished run.
+/// Compares measured profile number \p profile with a finished run; nothing if the run has no contour.
 std::optional<ProfileResidual> profile_residual(const FitTargets& targets, std::size_t profile,
                                                 const Recipe& recipe, const std::filesystem::path& folder);
 
-/// Residuals of a finished run: of every measure (got - asked), then of every profile's point its distance, over their scales.
+/// Residuals of a finished run over their scales: got - asked of all measures, distances of profile points.
 /// \param missing  gets the name of a target that the run does not have.
 /// \returns nothing if there is such a target.
 std::optional<Eigen::VectorXd> residuals_of(const FitTargets& targets, const Recipe& recipe,
                                             const SetRun& run, const std::filesystem::path& folder,
                                             std::string& missing);
 
-// A fit of several recipes calls each by its LABEL, its file's name without folder and .toml.
-/// Labels of the recipes, their file names; a single recipe has an empty one.
+/// The LABELs of the recipes: their files' names without folder and .toml; a single recipe has an empty one.
 /// \throws RecipeError if two are equal.
 std::vector<std::string> labels_of(const std::vector<std::string>& files);
 
-/// Chooses the \p texts that concern a recipe: with its label, which is left out, or with none.
+/// The \p texts that concern a recipe: those with its label in front, which is removed, or without a label.
 std::vector<std::string> own_texts(const std::vector<std::string>& texts,
                                    const std::vector<std::string>& labels, const std::string& label);
 
-/// Checks that every text has a label, if there are several recipes.
+/// Checks that every text begins with a label, if there are several recipes.
 /// \throws RecipeError naming the nearest label.
 void require_labels(const char* option, const std::vector<std::string>& texts,
                     const std::vector<std::string>& labels);
 
-/// An error message about one recipe, with the names of targets, keys and settings as the user wrote them; a message about
-/// something that all recipes share gets the label in front.
+/// An error message about one recipe in which targets, keys and settings have the label that the user wrote
+/// before them. A message about something that all recipes share gets the label in front.
 std::string with_label(const std::string& message, const std::string& label, const FitOptions& options);
 
 /// Calls \p read and puts the label into the message of a RecipeError, as with_label does.

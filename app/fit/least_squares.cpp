@@ -16,11 +16,11 @@ using Eigen::Index, Eigen::MatrixXd, Eigen::VectorXd;
 
 // Lengths in the unit box.
 constexpr double kFirstRadius = 0.2, kLastRadius = 0.05, kLeastRadius = 0.01, kMostRadius = 0.5;
-constexpr double kProbe = 0.004;              // between points that show the noise
-constexpr double kErrorPart = 0.05;           // of the standard deviation: shorter steps are not worth a run
-constexpr double kCubic = 4.0;                // cubic coefficients over the typical slope
-constexpr double kRoughness = 1e-4;           // noise over the typical slope
-constexpr double kRough = 0.3, kFine = 0.02;  // standard deviation of a slope over the typical slope
+constexpr double kProbe = 0.004;     // distance of the points that show the noise
+constexpr double kErrorPart = 0.05;  // in standard deviations: steps that gain less are not worth a run
+constexpr double kCubic = 4.0;       // cubic coefficients over the typical slope
+constexpr double kRoughness = 1e-4;  // noise over the typical slope, from which a model is rough
+constexpr double kRough = 0.3, kFine = 0.02;  // allowed error of a slope over the typical slope
 
 // Terms of a quadratic polynomial: 1, d_i, d_i d_j.
 VectorXd terms(const VectorXd& d) {
@@ -37,7 +37,7 @@ VectorXd terms(const VectorXd& d) {
 struct Model {
     MatrixXd coefficients;  // a row a term, a column a residual
     MatrixXd covariance;    // of the slopes, all residuals together
-    double slope = 0.0;     // typical
+    double slope = 0.0;     // typical slope
 };
 
 // The model's sum of squares at a step x, from the products of its coefficients.
@@ -78,7 +78,7 @@ class Fitter {
     const FitTrial& center() const { return samples_[center_]; }
     std::size_t left() const { return problem_.max_runs - std::min(problem_.max_runs, samples_.size()); }
 
-    // Adds samples, as many as may still be made.
+    // Adds samples at points, as many as there are runs left.
     void evaluate(std::vector<BoxPoint> points) {
         points.resize(std::min(points.size(), left()));
         if (points.empty()) return;
@@ -94,7 +94,7 @@ class Fitter {
     // The number of residuals.
     double count() const { return static_cast<double>(center().residuals->size()); }
 
-    // Standard deviation of a sum of squares by noise, of the difference of two.
+    // Standard deviation, due to noise, of the difference of two sums of squares.
     double sum_noise(double sum) const {
         const double noise = noise_ * noise_;
         return std::sqrt(8.0 * noise * sum + 4.0 * noise * noise * count());
@@ -105,7 +105,7 @@ class Fitter {
                                  noise_);
     }
 
-    // Goes to the lowest sample if it is lower by more than noise and an unfinished step explain.
+    // Moves the center to the lowest sample, unless noise or a step not worth a run explain its gain.
     void take_lower() {
         const double cost = center().cost();
         if (const std::size_t found = lowest();
@@ -113,7 +113,7 @@ class Fitter {
             center_ = found;
     }
 
-    // The second difference of three points on a line so short that the model is straight along it.
+    // Noise by the second difference of three points on a line, so short that the model is linear along it.
     void measure_noise() {
         noise_ = problem_.noise.value_or(0.0);
         if (problem_.noise || left() < static_cast<std::size_t>(2 * parameters_ + 4)) return;
@@ -126,9 +126,8 @@ class Fitter {
             (*center().residuals - 2.0 * *one.residuals + *two.residuals).norm() / std::sqrt(6.0 * count());
     }
 
-    // Ridge regression of quadratic polynomials through the center. A sample's variance is that of the noise,
-    // of both ends, and of the cubic terms left out; a quadratic coefficient is about as large as the typical
-    // slope.
+    // Ridge regression of quadratic polynomials through the center. A sample's variance is that of the noise
+    // at both points and of the cubic terms left out; quadratic coefficients are held to the typical slope.
     Model regress() const {
         constexpr double kWide = 10.0, kFloor = 1e-4, kNear = 0.2;
         double change = 0.0, distance = 0.0;
@@ -162,7 +161,7 @@ class Fitter {
         return model;
     }
 
-    // Standard deviation of the residuals about the model, of samples as far apart as those that give slopes.
+    // Standard deviation of the residuals about the model, for samples within kMostDifference of the center.
     double scatter(const Model& model) const {
         double sum = 0.0, degrees = -static_cast<double>(model.coefficients.rows());
         for (const FitTrial& sample : samples_) {
@@ -175,8 +174,7 @@ class Fitter {
         return degrees > 0.0 ? std::sqrt(sum / (degrees * count())) : 0.0;
     }
 
-    // Adds samples along the directions in which a slope is less certain than asked for. False if there are
-    // none.
+    // Adds samples along directions whose slopes are less certain than asked for. False if there are none.
     bool spread(const Model& model, double length, double asked, bool both_sides) {
         const Eigen::SelfAdjointEigenSolver<MatrixXd> axes(model.covariance);
         const double noise = noise_ * std::sqrt(0.5 * count());
@@ -227,7 +225,7 @@ class Fitter {
         return VectorXd::Map(step.data(), parameters_);
     }
 
-    // False if the runs are used up.
+    // Steps to minima of the model until one is not worth a run. False if the runs are used up.
     bool search() {
         double radius = kFirstRadius;
         std::size_t spread_at = problem_.max_runs;  // the center that has samples on both sides
@@ -245,7 +243,7 @@ class Fitter {
             const double length = step.lpNorm<Eigen::Infinity>();
             if (length <= kSearchTolerance || radius < kLeastRadius ||
                 gain <= std::max(kErrorPart * kErrorPart * variance(), 1e-9 * model.slope * model.slope)) {
-                // A rough model has slopes of its own around every center.
+                // The slopes of a rough model differ around every center and are measured anew.
                 const bool rough = spread_at < samples_.size() &&
                                    noise_ * std::sqrt(2.0 * count()) > kRoughness * model.slope;
                 if (spread_at == center_ || left() <= static_cast<std::size_t>(2 * parameters_) ||
@@ -268,7 +266,7 @@ class Fitter {
     const LeastSquares& problem_;
     Index parameters_;
     std::vector<FitTrial> samples_;
-    std::size_t center_ = 0;  // the best sample, but for noise
+    std::size_t center_ = 0;  // the best sample, noise aside
     double noise_ = 0.0;
 };
 

@@ -12,13 +12,13 @@ struct ProfileResiduals {
     std::vector<Eigen::Vector2d> points;  ///< where they were measured, one a residual
 };
 
-/// Correlation of the errors of two points of a profile: 1 at no distance, else shared * exp(-distance / length).
+/// Correlation of two errors along a profile: 1 at no distance, else shared * exp(-distance / length).
 struct ErrorCorrelation {
     double length = 0.0;  ///< in the points' unit
     double shared = 0.0;  ///< part of the variance that is correlated; the rest is each point's own
 };
 
-/// A point of the unit box, a coordinate a parameter; its residuals; none where they could not be found.
+/// A point of the unit box, a coordinate a parameter, and the residuals there; none where a run failed.
 using BoxPoint = Eigen::VectorXd;
 using Residuals = std::optional<Eigen::VectorXd>;
 
@@ -30,22 +30,21 @@ struct FitTrial {
     double cost() const;
 };
 
-/// A least squares problem: residuals of a costly, slightly noisy model, whose sum of squares is to be least in the unit box.
+/// A least squares problem in the unit box: the residuals are those of a costly, slightly noisy model.
 struct LeastSquares {
     BoxPoint start;
-    /// Residuals at several points, which may be found at the same time; as many of them at every point, each over
-    /// its standard deviation or scale.
+    /// Residuals at several points, which may be computed at the same time. Their number is the same at all
+    /// points; each is divided by its standard deviation or scale.
     std::function<std::vector<Residuals>(const std::vector<BoxPoint>&)> evaluate;
-    /// Residuals at one point again, by as many runs as asked for, each with random numbers of its own; where a model has none,
-    /// no function.
+    /// Residuals of so many further runs at a point, with other random numbers. Empty if the model has none.
     std::function<std::vector<Residuals>(const BoxPoint&, std::size_t)> repeat;
-    std::size_t max_runs = 60;    ///< points that may be evaluated, the known ones and the repeats among them
-    bool known_errors = false;    ///< residuals are in standard deviations; else that is estimated from them
-    std::vector<FitTrial> known;  ///< evaluated before: the search goes on from the best of them
-    std::optional<double> noise;  ///< as in the result, where it is known
-    bool descends = true;         ///< else the best known point is taken, and its errors alone are found
+    std::size_t max_runs = 60;    ///< points that may be evaluated, known ones and repeats included
+    bool known_errors = false;    ///< residuals are in standard deviations; else estimate these
+    std::vector<FitTrial> known;  ///< evaluated before; the search starts at the best of them
+    std::optional<double> noise;  ///< as in the result, if it is known
+    bool descends = true;         ///< false: only find the errors of the best known point
     std::vector<ProfileResiduals>
-        profiles;  ///< whose errors neighbours share; all other residuals have their own
+        profiles;  ///< residuals with correlated errors; those of all others are independent
 };
 
 /// The result of a fit; parameters in box coordinates.
@@ -55,33 +54,33 @@ struct LeastSquaresResult {
     Eigen::MatrixXd slopes;         ///< of the residuals at the best point, a column a parameter
     Eigen::MatrixXd tested;         ///< orthonormal columns: directions along which points were evaluated
     Eigen::MatrixXd repeats;        ///< residuals at the best point with other random numbers, a column a run
-    Eigen::VectorXd grid_steps;     ///< of residuals that go by steps; 0 for all others
+    Eigen::VectorXd grid_steps;     ///< of residuals that change in steps of the grid; else 0
     Eigen::MatrixXd covariance;     ///< of the parameters
-    Eigen::VectorXd half_interval;  ///< of 95 %; hundreds where nothing bounds it
-    double noise = 0.0;             ///< standard deviation of a residual from one nearby point to the next
+    Eigen::VectorXd half_interval;  ///< of 95 %; in the hundreds where nothing bounds it
+    double noise = 0.0;             ///< standard deviation of a residual between nearby points
     double scatter =
         0.0;  ///< standard deviation of a residual about the quadratic model at points that show slopes
-    ErrorCorrelation correlation;  ///< of errors along profiles, with which the covariance is found
-    bool converged = false;        ///< else the runs were used up
-    bool error_from_noise =
-        false;  ///< no degree of freedom was left, and errors are those of the model's noise
+    ErrorCorrelation correlation;   ///< of errors along profiles, with which the covariance is found
+    bool converged = false;         ///< else the runs were used up
+    bool error_from_noise = false;  ///< no degree of freedom was left: errors are only the model's noise
     std::vector<Eigen::VectorXd> free_directions;  ///< unit vectors along which the residuals do not change
     std::size_t runs = 0;
 };
 
-/// Surrogate search: quadratic polynomials of all residuals, a ridge regression over the points evaluated so far, are
-/// minimised by NLopt's BOBYQA within a trust region and the box (a derivative-free Gauss-Newton method, as C. Cartis and
-/// L. Roberts, Math. Prog. Comput. 11 (2019) 631); the minimum is evaluated next. It begins at the best of first_points.
-/// Points are added along directions in which the regression leaves slopes uncertain; farther apart where the model's noise,
-/// a second difference of three close points (J. More and S. Wild, SIAM J. Sci. Comput. 33 (2011) 1292), would hide a slope.
-/// At the end central differences around the optimum give the slopes for add_intervals. Deterministic.
+/// Surrogate search: quadratic polynomials of all residuals, a ridge regression over the points evaluated so
+/// far, are minimised by NLopt's BOBYQA within a trust region and the box (a derivative-free Gauss-Newton
+/// method, as C. Cartis and L. Roberts, Math. Prog. Comput. 11 (2019) 631); the minimum is evaluated next. It
+/// begins at the best of first_points. Points are added along directions whose slopes the regression leaves
+/// uncertain, farther apart where noise would hide a slope. Noise is a second difference of three close
+/// points (J. More and S. Wild, SIAM J. Sci. Comput. 33 (2011) 1292). At the end central differences around
+/// the optimum give the slopes for add_intervals. Deterministic.
 /// \throws what \p evaluate throws; NumericsError if none of the first points has residuals.
 LeastSquaresResult fit_least_squares(const LeastSquares& problem);
 
-/// The points where a search begins: \p problem's start, and some of Sobol's sequence.
+/// The points where a search begins: the start and Sobol points, at most a quarter of the runs.
 std::vector<BoxPoint> first_points(const LeastSquares& problem);
 
-/// How many first points there are where the runs suffice.
+/// The number of first points if the runs suffice.
 std::size_t count_first(Eigen::Index parameters);
 
 }  // namespace sidewall::app

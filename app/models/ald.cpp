@@ -18,22 +18,25 @@ struct Ald {
 std::vector<Key> ald_keys(Ald& p) {
     const std::string flux = "1e15 /cm^2/time";
     std::vector<Key> keys = {
-        {"growth_per_cycle", &p.growth_per_cycle, "length", "at full coverage", required(kPositive)},
-        {"pulse", &p.pulse, "time", "dosing in a cycle", required(kPositive)},
-        {"purge", &p.purge, "time", "rest of a cycle, the other half-reaction included",
+        {"growth_per_cycle", &p.growth_per_cycle, "length",
+         "film thickness that a cycle adds at full coverage", required(kPositive)},
+        {"pulse", &p.pulse, "time", "time in a cycle in which the precursor is dosed", required(kPositive)},
+        {"purge", &p.purge, "time", "rest of the cycle's time, the other half-reaction included",
          required(kNotNegative)},
-        {"precursor_flux", &p.precursor_flux, flux, "Gamma on an open wafer", required(kPositive)},
-        {"sticking", &p.sticking, "", "s on a bare surface", kProbability},
-        {"evaporation", &p.evaporation, flux, "Gamma_ev, what a full layer loses", kNotNegative},
-        {"sites", &p.sites, "1e15 /cm^2", "s_0", kPositive},
-        {"parts", &p.parts, "", "traces a pulse, each with the coverage so far", within(1, 1000)},
+        {"precursor_flux", &p.precursor_flux, flux, "Gamma: flux of the precursor on an open flat wafer",
+         required(kPositive)},
+        {"sticking", &p.sticking, "", "s: sticking probability on a bare surface", kProbability},
+        {"evaporation", &p.evaporation, flux, "Gamma_ev: flux that desorbs from a full layer", kNotNegative},
+        {"sites", &p.sites, "1e15 /cm^2", "s_0: adsorption sites per area", kPositive},
+        {"parts", &p.parts, "", "flux calculations per pulse, each with the coverage reached by then",
+         within(1, 1000)},
         deposit_key(p.deposit)};
     append_keys(keys, gas_keys(p.gas));
     return keys;
 }
 
-// Every cycle doses a bare surface: d theta/dt = (Gamma s phi (1 - theta) - Gamma_ev theta)/s_0 over the
-// pulse, loss alone over the purge; then it grows by growth_per_cycle theta.
+// Each cycle starts bare: d theta/dt = (Gamma s phi (1 - theta) - Gamma_ev theta)/s_0 over the pulse, phi the
+// relative flux; then loss alone over the purge. Growth per cycle: growth_per_cycle theta.
 Model make_ald(const Ald& p, const Materials& materials) {
     const double dose = p.precursor_flux, loss = p.evaporation, sites = p.sites, pulse = p.pulse,
                  purge = p.purge, growth = p.growth_per_cycle;
@@ -64,7 +67,8 @@ Model make_ald(const Ald& p, const Materials& materials) {
 ModelEntry ald() {
     return model_entry(
         "ald",
-        "atomic layer deposition, cycle after cycle of pulse and purge: V = growth_per_cycle * theta / cycle",
+        "atomic layer deposition in cycles of pulse and purge: V = growth_per_cycle * theta / (pulse + "
+        "purge)",
         ald_keys, make_ald);
 }
 

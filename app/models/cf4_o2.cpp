@@ -7,7 +7,7 @@
 namespace sidewall::app {
 namespace {
 
-// Neutral species in their order, and the coverages, one for each.
+// The neutrals, in the order of the species; each has one coverage.
 enum Neutral : std::size_t { kF, kO, kC };
 
 constexpr double kGermaniumBoost = 0.4675;  // k_sigma(x) = k_sigma exp(0.4675 x)
@@ -39,41 +39,61 @@ std::vector<Key> cf4_o2_keys(Cf4O2& p) {
         {"polymer_flux", &p.polymer_flux, flux, "polymer precursor on an open wafer", kNotNegative},
         {"ion_flux", &p.ion_flux, flux, "ions on an open wafer; 0: none are traced, as in a remote plasma",
          kNotNegative},
-        {"etched", &p.etched, "", "materials that react; all others only sputter", kMaterial},
-        {"germanium", &p.germanium, "", "x, its part of the atoms; where above 0, fluorine takes oxygen off",
+        {"etched", &p.etched, "",
+         "materials that the plasma etches chemically; all others are only sputtered", kMaterial},
+        {"germanium", &p.germanium, "",
+         "x: germanium's fraction of the atoms; where it is above 0, fluorine removes adsorbed oxygen",
          kProbability},
-        {"etchant_sticking", &p.etchant_sticking, "", "beta_F on free sites", kProbability},
-        {"etchant_on_oxygen_sticking", &p.etchant_on_oxygen_sticking, "", "beta_FO on oxygen's",
+        {"etchant_sticking", &p.etchant_sticking, "",
+         "beta_F: sticking probability of fluorine on free sites", kProbability},
+        {"etchant_on_oxygen_sticking", &p.etchant_on_oxygen_sticking, "",
+         "beta_FO: sticking probability of fluorine on sites that oxygen holds", kProbability},
+        {"oxygen_sticking", &p.oxygen_sticking, "", "beta_O: sticking probability of oxygen on free sites",
          kProbability},
-        {"oxygen_sticking", &p.oxygen_sticking, "", "beta_O on free sites", kProbability},
         {"oxygen_on_polymer_sticking", &p.oxygen_on_polymer_sticking, "",
-         "beta_OC on the polymer's, which it burns", kProbability},
-        {"polymer_sticking", &p.polymer_sticking, "", "beta_C on free sites", kProbability},
+         "beta_OC: sticking probability of oxygen on polymer, which it burns off", kProbability},
+        {"polymer_sticking", &p.polymer_sticking, "",
+         "beta_C: sticking probability of the polymer precursor on free sites", kProbability},
         {"polymer_on_oxygen_sticking", &p.polymer_on_oxygen_sticking, "",
-         "beta_CO on oxygen's, where it is lost", kProbability},
-        {"coverage_beta", &p.coverage_beta, "", "whether these enter the coverages too, as they should"},
+         "beta_CO: sticking probability of the polymer precursor on sites that oxygen holds, where it "
+         "forms no polymer",
+         kProbability},
+        {"coverage_beta", &p.coverage_beta, "",
+         "true: the coverage equations count only arrivals that stick, as is right; false: all arrivals"},
         coverage_tolerance_key(p.coverage_tolerance),
         {"k_sigma", &p.k_sigma, flux,
-         "thermal desorption of etched silicon; times exp(0.4675 x) with germanium", kNotNegative},
-        {"beta_sigma", &p.beta_sigma, flux, "desorption of oxygen", kNotNegative},
+         "thermal desorption rate of the etched silicon; multiplied by exp(0.4675 x) at a germanium "
+         "fraction of x",
+         kNotNegative},
+        {"beta_sigma", &p.beta_sigma, flux, "desorption rate of oxygen", kNotNegative},
         {"sputter_yield", &p.sputter_yield, "",
-         "A_sp of every material on the wafer; those with a published value need not be named", kNotNegative},
-        {"sputter_threshold", &p.sputter_threshold, energy, "E_sp", kNotNegative},
-        {"sputter_angle", &p.sputter_angle, "", "B_sp", kNotNegative},
-        {"enhanced_yield", &p.enhanced_yield, "", "A_ie of what is etched", kNotNegative},
-        {"enhanced_threshold", &p.enhanced_threshold, energy, "E_ie", kNotNegative},
-        {"oxygen_removal_yield", &p.oxygen_removal_yield, "", "A_O: oxygen an ion removes", kNotNegative},
-        {"polymer_removal_yield", &p.polymer_removal_yield, "", "A_C: polymer an ion removes", kNotNegative},
-        {"removal_threshold", &p.removal_threshold, energy, "E_p of both", kNotNegative},
+         "A_sp: sputter yield factor, for every material on the wafer; those with a published value need "
+         "not be named",
+         kNotNegative},
+        {"sputter_threshold", &p.sputter_threshold, energy,
+         "E_sp: ion energy below which nothing is sputtered", kNotNegative},
+        {"sputter_angle", &p.sputter_angle, "",
+         "B_sp of the angular factor of sputtering, (1 + B_sp sin^2 theta) cos theta at incidence theta",
+         kNotNegative},
+        {"enhanced_yield", &p.enhanced_yield, "",
+         "A_ie: yield factor of ion-enhanced etching, for the etched materials", kNotNegative},
+        {"enhanced_threshold", &p.enhanced_threshold, energy,
+         "E_ie: ion energy below which ions do not enhance the etching", kNotNegative},
+        {"oxygen_removal_yield", &p.oxygen_removal_yield, "", "A_O: yield factor of oxygen removal by ions",
+         kNotNegative},
+        {"polymer_removal_yield", &p.polymer_removal_yield, "",
+         "A_C: yield factor of polymer removal by ions", kNotNegative},
+        {"removal_threshold", &p.removal_threshold, energy,
+         "E_p: ion energy below which ions remove neither oxygen nor polymer", kNotNegative},
     };
     append_keys(list, ion_keys(p.ions));
     return list;
 }
 
-// What decides the sites of a material, in the order of the neutrals.
+// Sticking probabilities by neutral and material.
 struct Sticking {
     std::array<std::vector<double>, 3> free;   // on free sites
-    std::array<std::vector<double>, 3> taken;  // etchant and polymer on oxygen's, oxygen on the polymer's
+    std::array<std::vector<double>, 3> taken;  // F and C on oxygen's sites, O on the polymer's
 };
 
 double sticking_at(const Sticking& s, std::size_t k, std::size_t m, std::span<const double> theta) {
@@ -81,14 +101,14 @@ double sticking_at(const Sticking& s, std::size_t k, std::size_t m, std::span<co
     return std::clamp(s.free[k][m] * sites + s.taken[k][m] * (k == kO ? theta[kC] : theta[kO]), 0.0, 1.0);
 }
 
-// Ions, fluorine, oxygen and a polymer precursor on silicon and its alloys with germanium: the sites of Belen
-// et al., JVST A 23, 99 (2005), with the polymer as a third adsorbate, oxygen burning it, and fluorine taking
-// oxygen off germanium, whose oxyfluoride does not hold the etch up as silicon's does (Campo et al., JVST B
-// 13, 235 (1995)). Equations and defaults are those of ViennaPS 4.6 (psCF4O2Etching.hpp), which names no
-// measurement, but for two: k_sigma there depends on the oxygen as well, and its sputtering not on the angle.
-// Fluxes in 1e15 /cm^2/s.
+// Ions, fluorine, oxygen and a polymer precursor on silicon and silicon-germanium. The sites are those of
+// Belen et al., JVST A 23, 99 (2005), with the polymer as a third adsorbate, which oxygen burns. Fluorine
+// removes oxygen from germanium, whose oxyfluoride does not block the etch as silicon's does (Campo et al.,
+// JVST B 13, 235 (1995)). Equations and defaults are those of ViennaPS 4.6 (psCF4O2Etching.hpp), which cites
+// no measurement. Two equations differ: there k_sigma depends on the oxygen as well, and sputtering not on
+// the angle. Fluxes in 1e15 /cm^2/s.
 Model make_cf4_o2(const Cf4O2& p, const Materials& materials) {
-    // Tallies: the neutrals, then the ion's arrivals and yields, if there are ions.
+    // Tallies in the order of flux_names: the neutrals, then the ion's arrivals and yields if there are ions.
     enum Tally : std::size_t {
         kEtchant,
         kOxygen,

@@ -3,17 +3,17 @@
 #include <cmath>
 #include <cstddef>
 
-// Surface kinetics as pure functions. Rates in sites per area and time, all in the same unit; any of them may
-// be zero, where the steady state is the exact one-sided limit.
+// Surface kinetics as pure functions. Rates are in sites per area and time, all in the same unit. A rate may
+// be zero: the steady state is then the exact one-sided limit.
 namespace sidewall::app {
 
-/// Gain and loss of one of several adsorbates: gain (free sites) = loss * coverage.
+/// Gain and loss of one of several adsorbates. Steady state: gain (free sites) = loss * coverage.
 struct Adsorbate {
     double gain = 0.0, loss = 0.0;
 };
 
-/// Steady state of adsorbates that compete for free sites: theta_k = r_k / (1 + sum of r), r = gain / loss. Those that
-/// never leave share all sites, as they were taken. Two: Belen et al., JVST A 23, 99 (2005).
+/// Steady state of adsorbates that compete for free sites: theta_k = r_k / (1 + sum of r), r = gain / loss.
+/// Those without loss share all sites by their gains. For two adsorbates: Belen et al., JVST A 23, 99 (2005).
 template <std::size_t N>
 std::array<double, N> competing_coverages(const std::array<Adsorbate, N>& adsorbates) {
     std::array<double, N> theta{};
@@ -34,12 +34,12 @@ std::array<double, N> competing_coverages(const std::array<Adsorbate, N>& adsorb
 
 /// Coverages of La Magna and Garozzo, J. Electrochem. Soc. 150, F178 (2003).
 struct FluorocarbonCoverage {
-    double etchant = 0.0;             ///< on the substrate
+    double etchant = 0.0;             ///< share of the substrate's sites
     double polymer = 0.0;             ///< 1: the surface is buried and polymer grows
-    double etchant_on_polymer = 0.0;  ///< of the polymer's sites
+    double etchant_on_polymer = 0.0;  ///< share of the polymer's sites
 };
 
-/// What arrives and leaves, per area and time; yields included.
+/// Rates per area and time of what arrives and leaves, yields included.
 struct FluorocarbonRates {
     double etchant = 0.0;             ///< Gamma_e beta_e
     double etchant_on_polymer = 0.0;  ///< Gamma_e beta_ep
@@ -61,7 +61,7 @@ inline FluorocarbonCoverage fluorocarbon_coverage(const FluorocarbonRates& r) {
     return theta;
 }
 
-/// Coverage after \p time of d theta/dt = (gain (1 - theta) - loss theta) / sites, exactly.
+/// Exact coverage after \p time of d theta/dt = (gain (1 - theta) - loss theta) / sites, from \p theta on.
 inline double pulsed_coverage(double theta, double gain, double loss, double sites, double time) {
     const double rate = gain + loss;
     if (rate <= 0.0) return theta;

@@ -22,7 +22,7 @@ double crystal_rate(const Vec3& normal, const CrystalAxes& axes, const CrystalRa
 
 CrystalBound crystal_bound(const CrystalAxes& axes, const CrystalRates& rates) {
     const auto hamiltonian = [&](const Vec3& p) { return p.norm() * crystal_rate(p, axes, rates); };
-    constexpr int kTurns = 90;  // 2 degrees apart: within the guard of the true maximum
+    constexpr int kTurns = 90;  // 2 degrees apart; kGuard covers the maximum between the samples
     constexpr double kStep = 1e-4, kGuard = 1.05;
     CrystalBound most;
     for (int i = 0; i <= kTurns; ++i)
@@ -33,7 +33,7 @@ CrystalBound crystal_bound(const CrystalAxes& axes, const CrystalRates& rates) {
             const double here = hamiltonian(p);
             double sum = 0.0;
             for (int axis = 0; axis < 3; ++axis) {
-                // On either side of a cusp.
+                // One-sided differences on both sides: H may have a cusp here.
                 const double ahead = std::abs(hamiltonian(p + kStep * Vec3::Unit(axis)) - here) / kStep;
                 const double behind = std::abs(here - hamiltonian(p - kStep * Vec3::Unit(axis))) / kStep;
                 const double slope = kGuard * std::max(ahead, behind);
@@ -54,12 +54,12 @@ CrystalAxes crystal_axes(const Vec3& first, const Vec3& second) {
 
 namespace {
 
-// Slowest on <111>, as in selective epitaxy of silicon and its alloys with germanium, which these faces
-// bound. 1 and 0.5 are the defaults of ViennaPS 4.6 (psSelectiveEpitaxy.hpp), which knows these two families;
-// the others grow at their mean.
+// Defaults of epitaxy: slowest on <111>, the faces that bound selectively grown silicon and
+// silicon-germanium. 1 and 0.5 are the defaults of ViennaPS 4.6 (psSelectiveEpitaxy.hpp), which has only
+// <100> and <111>; the other two families grow at their mean.
 constexpr double kGrowth100 = 1.0, kShare111 = 0.5;
 
-// A crystal by its axes; the rates of its four families of faces are members of who holds it.
+// A crystal's material and orientation. The rates of its faces are members of Wet and Epitaxy.
 struct Crystal {
     std::string material;
     std::vector<double> axis_100{1.0, 1.0, 0.0}, axis_010{-1.0, 1.0, 0.0};
@@ -86,15 +86,17 @@ CrystalAxes axes_of(const Crystal& crystal) {
     return crystal_axes(first, second);
 }
 
-// \p rates are the keys of the four families.
+// \p rates are the keys of the four families' rates.
 std::vector<Key> crystal_keys(Crystal& crystal, std::vector<Key> rates) {
-    std::vector<Key> keys = {
-        {"material", &crystal.material, "", "the crystal; all else is inert", required(kMaterial)}};
+    std::vector<Key> keys = {{"material", &crystal.material, "",
+                              "material of the crystal; all others are inert", required(kMaterial)}};
     append_keys(keys, std::move(rates));
     keys.push_back({"axis_100", &crystal.axis_100, "",
-                    "a <100> axis of the crystal; the default is a (100) wafer whose x axis is <110>",
+                    "vector along a <100> axis of the crystal; the default is a (100) wafer whose x axis "
+                    "is <110>",
                     sized(3)});
-    keys.push_back({"axis_010", &crystal.axis_010, "", "another one", sized(3)});
+    keys.push_back({"axis_010", &crystal.axis_010, "",
+                    "vector along a second <100> axis, not parallel to axis_100", sized(3)});
     return keys;
 }
 
@@ -127,21 +129,21 @@ std::vector<Vec3> crystal_planes(const CrystalAxes& axes) {
     for (int h = -3; h <= 3; ++h)
         for (int k = -3; k <= 3; ++k)
             for (int l = -3; l <= 3; ++l) {
-                const int squares = h * h + k * k + l * l;  // 1, 2, 3 and 11 are 100, 110, 111 and 311 alone
+                const int squares = h * h + k * k + l * l;  // 1: 100, 2: 110, 3: 111, 11: 311
                 if (squares == 1 || squares == 2 || squares == 3 || squares == 11)
                     planes.push_back((h * axes[0] + k * axes[1] + l * axes[2]).normalized());
             }
     return planes;
 }
 
-// V(n) on the materials that move, 0 elsewhere.
+// V(n) on the \p moving materials, 0 elsewhere; \p sign is -1 for etching, 1 for growth.
 Model crystal_model(const Crystal& crystal, const CrystalRates& rates, std::vector<std::uint8_t> moving,
                     double sign) {
     const CrystalAxes axes = axes_of(crystal);
     Model model;
     model.depends_on_normal = true;
     const CrystalBound bound = crystal_bound(axes, rates);
-    // Lax-Friedrichs is monotone up to a Courant number of 1 by the sum of its bounds; cfl is at most 0.5.
+    // Lax-Friedrichs is monotone up to a Courant number of 1 with the sum of its bounds; cfl is at most 0.5.
     model.hints.max_speed = std::max(bound.sum, 0.5 * bound.by_axis.sum());
     for (const std::uint8_t moves : moving) {
         model.hints.dissipation.push_back(moves != 0 ? bound.by_axis : Vec3::Zero());
@@ -150,7 +152,7 @@ Model crystal_model(const Crystal& crystal, const CrystalRates& rates, std::vect
     model.hints.planes = crystal_planes(axes);
     std::ranges::stable_sort(model.hints.planes, {},
                              [&](const Vec3& plane) { return crystal_rate(plane, axes, rates); });
-    // Between the four families the rate is a mean of theirs.
+    // Between the four families the rate is a weighted mean of theirs, so the largest bounds it.
     const double fastest = std::max({rates.r100, rates.r110, rates.r111, rates.r311});
     model.hints.max_etch_rate = [moving, rate = sign < 0.0 ? fastest : 0.0](const SurfacePoint& point) {
         return moving[static_cast<std::size_t>(point.material)] != 0 ? rate : 0.0;
@@ -166,7 +168,7 @@ Model make_wet(const Wet& p, const Materials& materials) {
     return crystal_model(p.crystal, p.rates, marked({p.crystal.material}, materials), -1.0);
 }
 
-// The film is a crystal like the one it grows on.
+// The film is a crystal of the same orientation as the one it grows on.
 Model make_epitaxy(const Epitaxy& p, const Materials& materials) {
     const std::optional<int> deposit = film(p.deposit, materials, true);
     CrystalRates rates;
@@ -184,12 +186,16 @@ Model make_epitaxy(const Epitaxy& p, const Materials& materials) {
 
 ModelEntry wet() {
     return model_entry(
-        "wet", "wet etching of a crystal: V by the face's direction, between <100>, <110>, <111> and <311>",
+        "wet",
+        "wet etching of a crystal: V depends on the face's direction, interpolated between <100>, <110>, "
+        "<111> and <311>",
         wet_keys, make_wet);
 }
 
 ModelEntry epitaxy() {
-    return model_entry("epitaxy", "selective epitaxy: a crystal grows on a crystal only, facets by direction",
+    return model_entry("epitaxy",
+                       "selective epitaxy: a film grows on the crystal alone, at a rate that depends on "
+                       "the face's direction",
                        epitaxy_keys, make_epitaxy);
 }
 

@@ -15,16 +15,19 @@ struct Directional {
 };
 
 std::vector<Key> directional_keys(Directional& p) {
-    return {
-        {"directional", &p.directional, "length/time",
-         "speed of a surface that faces the source; 0 for materials a table leaves out", required()},
-        {"isotropic", &p.isotropic, "length/time", "speed everywhere; 0 for materials a table leaves out"},
-        {"direction", &p.direction, "", "d, from the surface towards the source", sized(3)},
-        {"visibility", &p.visibility, "", "whether what lies between a point and the source shadows it"},
-        deposit_key(p.deposit)};
+    return {{"directional", &p.directional, "length/time",
+             "speed of a surface that faces the source, negative where it etches; 0 for materials a table "
+             "leaves out",
+             required()},
+            {"isotropic", &p.isotropic, "length/time",
+             "speed of every surface, whatever its direction, in addition; 0 for materials a table leaves "
+             "out"},
+            {"direction", &p.direction, "", "d: vector from the surface towards the source", sized(3)},
+            {"visibility", &p.visibility, "", "whether structures between a point and the source shadow it"},
+            deposit_key(p.deposit)};
 }
 
-// V = directional max(0, n.d) [visible] + isotropic, d towards the source: a beam plus a chemical part.
+// V = directional max(0, n.d) [visible] + isotropic, d towards the source: a beam and a chemical part.
 Model make_directional(const Directional& p, const Materials& materials) {
     const std::vector<double> beam = by_material_id(p.directional, materials);
     const std::vector<double> chemical = by_material_id(p.isotropic, materials);
@@ -39,7 +42,7 @@ Model make_directional(const Directional& p, const Materials& materials) {
     double bound = 0.0;
     bool grows = false;
     for (std::size_t m = 0; m < materials.size(); ++m) {
-        // n.d takes every value of [0, 1], so the extremes are the sum and the isotropic part alone.
+        // n.d takes every value in [0, 1], so |V| is largest at 0 or at 1.
         bound = std::max({bound, std::abs(chemical[m]), std::abs(beam[m] + chemical[m])});
         grows = grows || chemical[m] > 0.0 || beam[m] + chemical[m] > 0.0;
         model.hints.inert.push_back(beam[m] == 0.0 && chemical[m] == 0.0);
@@ -59,7 +62,7 @@ Model make_directional(const Directional& p, const Materials& materials) {
         return levelset::BeamSpeed{point.visible ? beam[m] : 0.0, chemical[m]};
     };
     model.hints.max_etch_rate = [beam, chemical](const SurfacePoint& point) {
-        // At the extremes of n.d, which counts as 0 in the shadow.
+        // V is linear in n.d, so its extremes are at n.d = 0 and 1; only 0 occurs in the shadow.
         const auto m = static_cast<std::size_t>(point.material);
         const double facing = point.visible ? beam[m] + chemical[m] : chemical[m];
         return std::max({0.0, -chemical[m], -facing});
@@ -72,7 +75,8 @@ Model make_directional(const Directional& p, const Materials& materials) {
 ModelEntry directional() {
     return model_entry(
         "directional",
-        "a parallel beam and an isotropic part: V = directional * max(0, n.d) where visible + isotropic",
+        "a parallel beam plus an isotropic part: V = directional * max(0, n.d) (0 in the shadow) + "
+        "isotropic",
         directional_keys, make_directional);
 }
 

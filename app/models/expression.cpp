@@ -22,8 +22,8 @@ bool in_name(char c) {
     return begins_name(c) || (c >= '0' && c <= '9');
 }
 
-// Calls use(begin, end) for every identifier until it returns true. Exponents such as the e of 1e5 are no
-// names.
+// Calls use(begin, end) for each identifier until it returns true, and returns whether it did. Exponents such
+// as the e of 1e5 are no identifiers.
 template <class Use>
 bool any_name(std::string_view text, Use&& use) {
     for (std::size_t i = 0; i < text.size();) {
@@ -41,7 +41,7 @@ bool any_name(std::string_view text, Use&& use) {
     return false;
 }
 
-// Where in the text: "character 7, \"G*(1 - t)\"", with what stands there.
+// Position and text for a message: "character 7, \"G*(1 - t)\"". Counted from 1.
 std::string place_in(std::string_view text, std::size_t at) {
     constexpr std::size_t kShown = 24;
     const std::string_view rest = text.substr(std::min(at - 1, text.size()));
@@ -54,8 +54,8 @@ bool is_blank(char c) {
     return c == ' ' || c == '\t' || c == '\n' || c == '\r';
 }
 
-// muParser wants a function's bracket right behind its name: blanks between them move before the name, so
-// that all others keep their places.
+// muParser wants a function's bracket right after its name. Blanks between them move before the name, which
+// keeps the positions of everything else.
 std::string with_brackets_close(std::string text, const std::vector<std::string>& functions) {
     const std::string written = text;
     any_name(written, [&](std::size_t begin, std::size_t end) {
@@ -79,7 +79,7 @@ std::size_t position_of(std::string_view text, std::string_view name) {
     return at + 1;
 }
 
-// muParser would let a recipe write to its variables.
+// Refuses assignments, which muParser would carry out.
 void refuse_assignment(std::string_view text) {
     for (std::size_t i = 0; i < text.size(); ++i) {
         if (text[i] != '=') continue;
@@ -88,13 +88,14 @@ void refuse_assignment(std::string_view text) {
             continue;
         }
         if (i > 0 && (text[i - 1] == '<' || text[i - 1] == '>' || text[i - 1] == '!')) continue;
-        throw ExpressionError("{}: an expression sets nothing; compare with ==", place_in(text, i + 1));
+        throw ExpressionError("{}: an expression cannot assign a value; compare with ==",
+                              place_in(text, i + 1));
     }
 }
 
 mu::Parser bare_parser() {
     mu::Parser parser;
-    parser.ClearConst();  // _pi and _e
+    parser.ClearConst();  // removes _pi and _e
     return parser;
 }
 
@@ -110,12 +111,12 @@ std::string list_of(const std::vector<std::string>& names) {
     return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
 }
 
-// muParser's message in words from which a recipe's author knows what to do.
+// A muParser error in words that tell a recipe's author what to change.
 std::string reason(const mu::ParserError& error, const std::string& text,
                    const std::vector<std::string>& names, const std::vector<std::string>& functions) {
     const std::string& token = error.GetToken();
     if (error.GetCode() == mu::ecUNASSIGNABLE_TOKEN && !token.empty() && begins_name(token[0])) {
-        // muParser takes all that may follow as a part of the name.
+        // muParser's token extends over all characters that may be part of a name.
         std::size_t end = 0;
         while (end < token.size() && in_name(token[end])) ++end;
         const std::string name = token.substr(0, end);
@@ -129,7 +130,7 @@ std::string reason(const mu::ParserError& error, const std::string& text,
     }
     std::string message = error.GetMsg();
     for (const char* where : {" found at position ", " at expression position ", " at position "})
-        message.resize(std::min(message.find(where), message.size()));  // counted from 0
+        message.resize(std::min(message.find(where), message.size()));  // positions counted from 0
     while (!message.empty() && (message.back() == '.' || message.back() == ' ')) message.pop_back();
     if (!message.empty() && message[0] >= 'A' && message[0] <= 'Z')
         message[0] = static_cast<char>(message[0] - 'A' + 'a');
@@ -140,7 +141,7 @@ std::string reason(const mu::ParserError& error, const std::string& text,
 
 }  // namespace
 
-// A parser evaluates the variables it is bound to, so that every thread has one with variables of its own.
+// A parser is bound to the variables that it evaluates, so each thread has its own.
 struct Expression::Shared {
     struct Bound {
         mu::Parser parser;
@@ -148,7 +149,7 @@ struct Expression::Shared {
     };
 
     std::string text;    // as written
-    std::string parsed;  // as muParser reads it
+    std::string parsed;  // as given to muParser
     std::vector<std::string> names;
     std::map<std::string, double> constants;
     Tables tables;
@@ -163,7 +164,7 @@ struct Expression::Shared {
         for (std::size_t k = 0; k < names.size(); ++k)
             if (!names[k].empty()) made->parser.DefineVar(names[k], &made->values[k]);
         for (const auto& [name, table] : tables) {
-            // muParser hands the table back as it was given: never written to.
+            // muParser passes the pointer back unchanged; look_up only reads the table.
             void* data = const_cast<Table*>(table.get());
             if (table->second.empty())
                 made->parser.DefineFunUserData(name, look_up, data, false);
@@ -199,7 +200,7 @@ Expression::Expression(const std::string& text, std::vector<std::string> variabl
         const mu::Parser& parser = shared_->local().parser;
         parser.Eval();
         if (parser.GetNumResults() > 1)
-            throw ExpressionError("a comma makes several expressions of one; use one value");
+            throw ExpressionError("a comma separates several expressions, but only one is allowed");
         for (const auto& [name, address] : parser.GetUsedVar()) {
             const auto at = std::find(shared_->names.begin(), shared_->names.end(), name);
             if (at != shared_->names.end())
@@ -216,7 +217,7 @@ double Expression::operator()(std::span<const double> values) const {
     for (const std::size_t k : shared_->used) mine.values[k] = values[k];
     try {
         return mine.parser.Eval();
-    } catch (const mu::ParserError&) {  // a function without a value there
+    } catch (const mu::ParserError&) {  // the function has no value there
         return std::numeric_limits<double>::quiet_NaN();
     }
 }

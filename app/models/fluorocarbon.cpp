@@ -22,7 +22,7 @@ struct Fluorocarbon {
     std::string deposit;
     Ions ions;
 
-    // The usual film, which grows and goes by its own balance.
+    // For polymer that is not the step's film: SiO2's yield. The film itself follows the polymer balance.
     Fluorocarbon() { sputter_yield.named["Polymer"] = 0.0139; }
 };
 
@@ -32,27 +32,41 @@ std::vector<Key> fluorocarbon_keys(Fluorocarbon& p) {
         {"ion_flux", &p.ion_flux, flux, "ions on an open wafer", kNotNegative},
         {"etchant_flux", &p.etchant_flux, flux, "etchant on an open wafer", kNotNegative},
         {"polymer_flux", &p.polymer_flux, flux, "polymer precursor on an open wafer", kNotNegative},
-        {"etchant_sticking", &p.etchant_sticking, "", "beta_e on free sites", kProbability},
-        {"polymer_sticking", &p.polymer_sticking, "", "beta_p", kProbability},
-        {"etchant_on_polymer_sticking", &p.etchant_on_polymer_sticking, "", "beta_ep", kProbability},
-        {"polymer_loss", &p.polymer_loss, flux, "delta_p", kPositive},
+        {"etchant_sticking", &p.etchant_sticking, "",
+         "beta_e: sticking probability of the etchant on free sites", kProbability},
+        {"polymer_sticking", &p.polymer_sticking, "", "beta_p: sticking probability of the polymer precursor",
+         kProbability},
+        {"etchant_on_polymer_sticking", &p.etchant_on_polymer_sticking, "",
+         "beta_ep: sticking probability of the etchant on polymer", kProbability},
+        {"polymer_loss", &p.polymer_loss, flux, "delta_p: loss rate of the polymer without ions", kPositive},
         coverage_tolerance_key(p.coverage_tolerance),
         {"sputter_yield", &p.sputter_yield, "",
-         "A_sp of every material on the wafer but the film; those with a published value need not be named",
+         "A_sp: sputter yield factor, for every material on the wafer but the film; those with a published "
+         "value need not be named",
          kNotNegative},
-        {"sputter_threshold", &p.sputter_threshold, energy, "E_sp", kNotNegative},
-        {"sputter_angle", &p.sputter_angle, "", "B_sp", kNotNegative},
+        {"sputter_threshold", &p.sputter_threshold, energy,
+         "E_sp: ion energy below which nothing is sputtered", kNotNegative},
+        {"sputter_angle", &p.sputter_angle, "",
+         "B_sp of the angular factor of sputtering, (1 + B_sp sin^2 theta) cos theta at incidence theta",
+         kNotNegative},
         {"enhanced_yield", &p.enhanced_yield, "",
-         "A_ie of every material on the wafer but the film; the paper has one for SiO2", kNotNegative},
-        {"enhanced_threshold", &p.enhanced_threshold, energy, "E_ie", kNotNegative},
+         "A_ie: yield factor of ion-enhanced etching, for every material on the wafer but the film; "
+         "published for SiO2 only",
+         kNotNegative},
+        {"enhanced_threshold", &p.enhanced_threshold, energy,
+         "E_ie: ion energy below which ions do not enhance the etching", kNotNegative},
         {"enhanced_sites", &p.enhanced_sites, "", "k_ie: sites an ion-enhanced event frees", kNotNegative},
-        {"removal_yield", &p.removal_yield, "", "A_p: polymer an ion removes", kNotNegative},
-        {"removal_threshold", &p.removal_threshold, energy, "E_p", kNotNegative},
-        {"evaporation", &p.evaporation, "", "K of F_ev = K Gamma_e exp(-E_a/kT)", kNotNegative},
-        {"activation_energy", &p.activation_energy, energy, "E_a", kNotNegative},
+        {"removal_yield", &p.removal_yield, "", "A_p: yield factor of polymer removal by ions", kNotNegative},
+        {"removal_threshold", &p.removal_threshold, energy,
+         "E_p: ion energy below which ions remove no polymer", kNotNegative},
+        {"evaporation", &p.evaporation, "",
+         "K: factor of the evaporation rate F_ev = K Gamma_e exp(-E_a/kT), Gamma_e being the etchant's flux",
+         kNotNegative},
+        {"activation_energy", &p.activation_energy, energy, "E_a: activation energy of the evaporation",
+         kNotNegative},
         {"evaporation_sites", &p.evaporation_sites, "", "k_ev: sites an evaporated molecule frees",
          kNotNegative},
-        {"temperature", &p.temperature, "K", "of the wafer", kPositive},
+        {"temperature", &p.temperature, "K", "T: temperature of the wafer", kPositive},
         deposit_key(p.deposit),
     };
     append_keys(list, ion_keys(p.ions));
@@ -60,8 +74,8 @@ std::vector<Key> fluorocarbon_keys(Fluorocarbon& p) {
 }
 
 // La Magna and Garozzo, J. Electrochem. Soc. 150, F178 (2003). Fluxes in 1e15 /cm^2/s. The defaults, beta_ep
-// = 0.6 and the stickings among them, are those that ViennaPS (psFluorocarbonEtching.hpp) gives for this
-// paper; but for A_p, which with its 0.0361 buries a flat wafer of oxide at 100 eV.
+// = 0.6 and the stickings included, are those of ViennaPS (psFluorocarbonEtching.hpp) for this paper, except
+// A_p: with its value of 0.0361 polymer buries a flat oxide wafer at 100 eV.
 Model make_fluorocarbon(const Fluorocarbon& p, const Materials& materials) {
     enum Tally : std::size_t { kIon, kSputter, kEnhanced, kRemoval, kEtchant, kPolymer };
     enum Site : std::size_t { kEtchantSite, kPolymerSite, kEtchantOnPolymer };
@@ -111,7 +125,7 @@ Model make_fluorocarbon(const Fluorocarbon& p, const Materials& materials) {
         theta[kPolymerSite] = steady.polymer;
         theta[kEtchantOnPolymer] = steady.etchant_on_polymer;
     };
-    // Free sites, and for the etchant those of the polymer that hold none.
+    // Both neutrals stick on free sites and on the polymer's sites without etchant (the etchant by beta_ep).
     model.sticking = [=](std::size_t k, const SurfacePoint& point) {
         const auto m = static_cast<std::size_t>(point.material);
         const double e = point.coverage[kEtchantSite], p = point.coverage[kPolymerSite],
@@ -142,7 +156,8 @@ Model make_fluorocarbon(const Fluorocarbon& p, const Materials& materials) {
 ModelEntry fluorocarbon() {
     return model_entry(
         "fluorocarbon",
-        "fluorocarbon plasma: etches by ions and etchant where the polymer is thin, deposits it elsewhere",
+        "fluorocarbon plasma: deposits polymer where its coverage reaches 1, etches by ions and etchant "
+        "elsewhere",
         fluorocarbon_keys, make_fluorocarbon);
 }
 

@@ -13,14 +13,14 @@
 namespace sidewall::app {
 namespace {
 
-// The energy up to which no yield is left.
+// Energy up to which all yields are 0: the smallest threshold, at most the mean energy; 0 without yields.
 double least_energy(const flux::Species& ion) {
     double least = ion.yields.empty() ? 0.0 : ion.energy.mean;
     for (const flux::Yield& yield : ion.yields) least = std::min(least, yield.threshold);
     return least;
 }
 
-// Every hit's cosine, so that `cos` is the mean over the ions that arrive.
+// Tally of every hit's cosine, from which `cos`, the mean over the arriving ions, is computed.
 flux::Yield cosine_tally() {
     flux::Yield yield;
     yield.name = "cos";
@@ -82,7 +82,7 @@ flux::Species read_species(const SpeciesLaw& law, const std::string& path, const
     return species;
 }
 
-// Whether an expression of the step names one of these.
+// Whether any expression of the step, but for parameters and yields, names one of the variables.
 bool anywhere(const FormulaKeys& p, std::initializer_list<std::string_view> variables) {
     const auto in = [&](const Expressions& expressions) {
         for (const auto& [name, text] : expressions.named)
@@ -99,7 +99,7 @@ void read_parameters(const FormulaKeys& p, Names& names, std::set<std::string>& 
     names.constants = {{"pi", std::numbers::pi}};
     for (const auto& [name, text] : p.parameters.named) check_name("parameters." + name, name, taken);
     constexpr std::size_t kMostInTurn = 200;
-    std::set<std::string> open;  // begun, but without a value yet
+    std::set<std::string> open;  // being evaluated
     const auto read = [&](const auto& self, const std::string& name, const std::string& text) -> void {
         if (names.constants.contains(name)) return;
         const std::string key = "parameters." + name;
@@ -109,7 +109,8 @@ void read_parameters(const FormulaKeys& p, Names& names, std::set<std::string>& 
                                  "a number",
                                  fmt::join(open, ", ")));
         if (open.size() > kMostInTurn)
-            raise_key(key, "leads over {} parameters in turn; give one a number", kMostInTurn);
+            raise_key(key, "depends on a chain of over {} parameters; give one of them a number",
+                      kMostInTurn);
         for (const std::string& other : names_in(text))
             if (const auto found = p.parameters.named.find(other); found != p.parameters.named.end())
                 self(self, other, found->second);
@@ -149,7 +150,7 @@ void read_all_species(const FormulaKeys& p, Model& model, Names& names, std::set
     }
 }
 
-// What leaves the surface, by species.
+// Reads the laws of desorption, by species. Species with a law that is not 0 are marked as desorbing.
 void read_desorption(const FormulaKeys& p, Model& model, Formula& formula) {
     formula.desorption.resize(p.species.size());
     for (std::size_t k = 0; k < p.species.size(); ++k) {
@@ -171,8 +172,8 @@ void read_desorption(const FormulaKeys& p, Model& model, Formula& formula) {
     }
 }
 
-// Sticking without coverages, for the species; and whether it is the same everywhere on a material and at all
-// times.
+// Reads the laws of sticking, and sets each species' sticking without coverages. Returns whether none varies
+// on a material.
 bool read_sticking(const FormulaKeys& p, Model& model, Formula& formula) {
     bool constant = true;
     for (std::size_t k = 0; k < p.species.size(); ++k) {
@@ -272,60 +273,71 @@ Model make_formula(const FormulaKeys& p, const Materials& materials, const Units
 
 std::vector<Key> species_law_keys(SpeciesLaw& p) {
     std::vector<Key> keys = particle_keys(p.particle);
-    keys[0].doc = "of its flux in expressions and outputs";
+    keys[0].doc = "name of the species and of its flux in expressions and outputs";
     for (Key& key : reflection_keys(p.cone)) {
         key.doc = "ions: " + key.doc;
         keys.push_back(std::move(key));
     }
     keys.push_back(
         {"sticking", &p.sticking, "",
-         "neutrals: probability that a hit sticks, of coverages, position and time; kept in [0, 1]",
+         "neutrals: probability that a hit sticks, a function of coverages, position and time; limited to "
+         "[0, 1]",
          kMaterial});
     keys.push_back(
         {"desorption", &p.desorption, "",
-         "neutrals: flux that leaves the surface by Lambert's law, beside what does not stick, of coverages, "
-         "position and time: 1 is what arrives on an open flat wafer; 0 where an expression is negative, which a number may not be",
+         "neutrals: flux that desorbs by Lambert's law, in addition to arrivals that do not stick, a "
+         "function of coverages, position and time; 1 is the flux on an open flat wafer. Negative values "
+         "of an expression count as 0; a negative number is refused",
          kMaterial});
     keys.push_back({"yields", table_list(p.yields, yield_keys), "",
-                    "ions: further fluxes, each hit counted as angular * energy * scale"});
+                    "ions: yield-weighted fluxes, in which each hit counts as angular * energy * scale"});
     keys.push_back({"stop_energy", &p.stop_energy, "eV",
-                    "ions: with less a reflected one is dropped; auto: where the last yield ends",
+                    "ions: energy below which a reflected ion is no longer followed; auto: the lowest "
+                    "threshold of its yields",
                     or_word("auto", within(0.0, 1e6))});
     return keys;
 }
 
 std::vector<Key> table_file_keys(TableFile& table) {
-    return {
-        {"name", &table.name, "", "by which expressions call it, e.g. map(x, y)", required()},
-        {"file", &table.file, "",
-         "CSV beside the recipe: arguments and value, a row for every point of a grid; linear between them, constant "
-         "beyond. A heading such as \"x [nm]\" has its column converted to the recipe's units",
-         required()}};
+    return {{"name", &table.name, "", "name by which expressions call the table, e.g. map in map(x, y)",
+             required()},
+            {"file", &table.file, "",
+             "CSV file, relative to the recipe: columns of one or two arguments and of the value, a row "
+             "for every point of a grid; linear between the points, constant beyond. Columns with a unit "
+             "in the heading, such as \"x [nm]\", are converted to the recipe's units",
+             required()}};
 }
 
 std::vector<Key> formula_keys(FormulaKeys& p) {
     return {
         {"rate", &p.rate, "length/time",
-         "V: positive grows, negative etches; 0 for materials a table leaves out", required(kMaterial)},
-        {"species", table_list(p.species, species_law_keys), "", "what is traced"},
-        {"parameters", &p.parameters, "", "numbers by name, or expressions of other parameters"},
-        {"tables", table_list(p.tables, table_file_keys), "", "functions of one or two numbers from files"},
+         "V: speed of the surface; positive grows, negative etches; 0 for materials a table leaves out",
+         required(kMaterial)},
+        {"species", table_list(p.species, species_law_keys), "",
+         "the neutrals and ions whose fluxes are calculated"},
+        {"parameters", &p.parameters, "", "constants by name: numbers, or expressions of other parameters"},
+        {"tables", table_list(p.tables, table_file_keys), "",
+         "functions of one or two arguments, tabulated in files"},
         {"coverages", &p.coverages, "",
-         "in steady state with the fluxes: by name; those that name each other are solved together"},
+         "coverages in steady state with the fluxes, by name; those that depend on each other are solved "
+         "together"},
         {"coverage_rates", &p.coverage_rates, "1/time",
-         "of coverages that are slower: d/dt by name; they begin at 0, or as the step before left them"},
+         "time derivatives of coverages that are not in steady state, by name; these start at 0, or at "
+         "their values after the step before"},
         {"diffusion", &p.diffusion, "length^2/time",
-         "of coverages that have a rate, along the surface: D by name, of coverages, position and time; d/dt = rate + div(D "
-         "grad)"},
+         "surface diffusion coefficients D of coverages in coverage_rates, by name, functions of "
+         "coverages, position and time; d theta/dt = rate + div(D grad theta)"},
         {"diffuses_on", &p.diffuses_on, "",
-         "materials that coverages diffuse on, none from one to what is not named; empty: all", kMaterial},
+         "materials on which coverages diffuse; none diffuses from these to other materials; empty: all",
+         kMaterial},
         coverage_tolerance_key(p.coverage_tolerance),
         {"time_steps", &p.time_steps, "",
-         "at least so many; 0: 100 where an expression names time or a coverage has a rate, else 1",
+         "smallest number of time steps in this step; 0: 100 if an expression names time or a coverage has "
+         "a rate, else 1",
          within(0.0, 1e6)},
         {"time_spacing", &p.time_spacing, "",
-         "of those: equal, or parabolic, the k-th of n ending at (k/n)^2 of the step: for fronts that go as the square root of "
-         "time",
+         "lengths of the step's time steps: equal, or parabolic, where the k-th of n ends at (k/n)^2 of "
+         "the step, for fronts that advance as the square root of time",
          one_of({"equal", "parabolic"})},
         deposit_key(p.deposit)};
 }
@@ -333,17 +345,17 @@ std::vector<Key> formula_keys(FormulaKeys& p) {
 constexpr const char* kExample =
     R"TEXT(Expressions know + - * / ^, comparisons, && and ||, a ? b : c, and the functions abs acos acosh asin asinh atan atan2 atanh
 avg cos cosh exp ln log (natural) log10 log2 max min rint sign sin sinh sqrt sum tan tanh.
-They may name
-  tables                   as functions of one or two of these: map(x, y), f(acos(cos))
-  every species            its flux, 1 on an open flat wafer
+They may use
+  tables                   as functions of one or two arguments: map(x, y), f(acos(cos))
+  SPECIES                  the flux of a species, 1 on an open flat wafer
   SPECIES_YIELD            a yield's flux: the mean yield of a hit there times the species' flux
   coverages, parameters
-  cos                      mean cosine of the incidence of all ions that arrive; 1 where none does
-  x y z depth              of the point; depth = -z; length
-  time                     since the step began
-  density                  of the material, 1e22 /cm^3
+  cos                      mean cosine of the angle of incidence of all arriving ions; 1 where none arrive
+  x y z depth              position of the point; depth = -z; length
+  time                     time since the step began
+  density                  density of the material, 1e22 /cm^3
   pi
-but sticking, desorption and diffusion no fluxes or cos, which follow from them, and yields only cos or E, parameters and pi.
+Sticking, desorption and diffusion may use no fluxes and no cos, which depend on them. Yields may use only cos or E, parameters and pi.
 
   [[step]]
   model = "formula"

@@ -16,8 +16,8 @@ namespace {
 const std::vector<std::string> kExtras = {"cos", "x", "y", "z", "depth", "time", "density"};
 
 constexpr const char* kKeepAbove =
-    "keep what is under a root, a power or a logarithm above 0, as in sqrt(max(0, 1 - theta)): coverages may pass 0 or "
-    "1 by rounding";
+    "keep the arguments of roots, powers and logarithms above 0, as in sqrt(max(0, 1 - theta)): coverages "
+    "may pass 0 or 1 by rounding";
 
 using Vector = Eigen::VectorXd;
 using Matrix = Eigen::MatrixXd;
@@ -29,10 +29,9 @@ Vector value(const CoverageFunction& f, const Vector& theta) {
     return result;
 }
 
-// df/dtheta by differences, where f(theta) = at.
+// Jacobian df/dtheta by forward differences; \p at is f(theta).
 Matrix jacobian(const CoverageFunction& f, const Vector& theta, const Vector& at) {
-    constexpr double kDifference =
-        1e-7;  // of coverages, which are of order 1: about the root of their rounding
+    constexpr double kDifference = 1e-7;  // coverages are of order 1: about the root of their rounding error
     Matrix result(theta.size(), theta.size());
     Vector moved = theta;
     for (Eigen::Index k = 0; k < theta.size(); ++k) {
@@ -43,7 +42,7 @@ Matrix jacobian(const CoverageFunction& f, const Vector& theta, const Vector& at
     return result;
 }
 
-// theta after one step.
+// theta after one exponential Rosenbrock-Euler step of length `time`.
 Vector exponential_step(const CoverageFunction& f, const Vector& theta, double time) {
     const Vector rate = value(f, theta);
     const Matrix slope = jacobian(f, theta, rate);
@@ -61,7 +60,7 @@ Vector exponential_step(const CoverageFunction& f, const Vector& theta, double t
     return theta + exponential.topRightCorner(n, 1);
 }
 
-// Names that mean the same in every formula, and so cannot be given to anything else.
+// Names with a fixed meaning in every formula, which nothing else may have.
 const std::vector<std::string>& reserved_names() {
     static const std::vector<std::string> names = [] {
         std::vector<std::string> all = kExtras;
@@ -80,7 +79,7 @@ void check_name(const std::string& key, const std::string& name, std::set<std::s
         throw KeyError(key, "must be a name that expressions can use: letters, digits and _, no digit first");
     const auto& reserved = reserved_names();
     if (std::find(reserved.begin(), reserved.end(), name) != reserved.end())
-        throw KeyError(key, name + " means something else in every expression; choose another name");
+        throw KeyError(key, name + " has a fixed meaning in expressions; choose another name");
     if (!taken.insert(name).second)
         throw KeyError(key, name +
                                 " is the name of another species, yield, coverage or parameter; choose "
@@ -151,7 +150,7 @@ double evaluate(const Law& law, const Names& names, const SurfacePoint& point,
         "{} = \"{}\" is {} on {}, where {}: {}", law.key, law.expression.text(),
         std::isnan(value) ? "not a number" : "infinite", place_of(names, point, values),
         named_values(law, names, values),
-        std::isnan(value) ? kKeepAbove : "keep what it divides by from 0, and its exponents small");
+        std::isnan(value) ? kKeepAbove : "keep its denominators away from 0 and its exponents small");
 }
 
 std::string named_values(const Law& law, const Names& names, std::span<const double> values) {
@@ -159,7 +158,7 @@ std::string named_values(const Law& law, const Names& names, std::span<const dou
     std::vector<std::string> parts;
     for (const std::size_t k : law.expression.used())
         parts.push_back(fmt::format("{} = {:.6g}", list[k], values[k]));
-    return parts.empty() ? "it names nothing that varies" : fmt::format("{}", fmt::join(parts, ", "));
+    return parts.empty() ? "it depends on no variable" : fmt::format("{}", fmt::join(parts, ", "));
 }
 
 std::string place_of(const Names& names, const SurfacePoint& point, std::span<const double> values) {
@@ -173,11 +172,11 @@ namespace {
 
 [[noreturn]] void refuse_unsettled(const Formula& formula, const SurfacePoint& point, const Law& law,
                                    std::span<const double> values) {
-    throw NumericsError("{} = \"{}\" does not settle on {}, where {}", law.key, law.expression.text(),
+    throw NumericsError("{} = \"{}\" does not converge on {}, where {}", law.key, law.expression.text(),
                         place_of(formula.names, point, values), named_values(law, formula.names, values));
 }
 
-// Coverages that are in steady state with the fluxes and with the others, in the list of values.
+// Sets the steady coverages in the list of values, in equilibrium with the fluxes and the other coverages.
 void settle(const Formula& formula, const SurfacePoint& point, std::span<double> values) {
     const auto value = [&](std::size_t k) {
         return evaluate(*formula.steady[k], formula.names, point, values);
@@ -197,14 +196,14 @@ void settle(const Formula& formula, const SurfacePoint& point, std::span<double>
     const bool settled = solve_coverages(f, theta);
     put(theta);
     if (settled) return;
-    for (const std::size_t k : formula.coupled) value(k);  // says what is not finite
+    for (const std::size_t k : formula.coupled) value(k);  // names the law that is not finite
     refuse_unsettled(formula, point, *formula.steady[formula.coupled.front()], values);
 }
 
-// A law that ends where a coverage has come to, as (1 - theta)^0.5 does where a site is full.
+// Throws if a rate law is undefined just beyond the coverages reached, as (1 - theta)^0.5 is at theta = 1.
 void refuse_edge(const Formula& formula, const SurfacePoint& point, std::span<const double> theta,
                  std::span<const double> values, const CoverageFunction& rates) {
-    constexpr double kBeyond = 1e-6;  // of a coverage
+    constexpr double kBeyond = 1e-6;  // distance in coverage
     std::vector<double> moved(theta.begin(), theta.end()), rate(theta.size());
     for (std::size_t i = 0; i < theta.size(); ++i)
         for (const double step : {kBeyond, -kBeyond}) {
@@ -214,14 +213,15 @@ void refuse_edge(const Formula& formula, const SurfacePoint& point, std::span<co
             for (std::size_t j = 0; j < rate.size(); ++j) {
                 if (std::isfinite(rate[j])) continue;
                 const Law& law = *formula.slow[formula.moving[j]];
-                throw NumericsError("{} = \"{}\" ends on {}, where {}, and is not a number beyond: {}",
-                                    law.key, law.expression.text(), place_of(formula.names, point, values),
-                                    named_values(law, formula.names, values), kKeepAbove);
+                throw NumericsError(
+                    "{} = \"{}\" cannot be integrated on {} beyond {}, where it is not a number: {}", law.key,
+                    law.expression.text(), place_of(formula.names, point, values),
+                    named_values(law, formula.names, values), kKeepAbove);
             }
         }
 }
 
-// The slow coverages after `time`, the others in steady state with them throughout.
+// Advances the coverages with a rate by `time`, with the steady ones in equilibrium throughout.
 void move(const Formula& formula, const SurfacePoint& point, double time, std::span<double> values) {
     std::vector<double> theta;
     for (const std::size_t k : formula.moving) theta.push_back(formula.coverage(values, k));

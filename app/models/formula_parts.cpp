@@ -15,7 +15,8 @@
 namespace sidewall::app {
 namespace {
 
-// Steady coverages in an order in which each follows those it names; the rest depend on each other.
+// Sorts the steady coverages so that each follows those it names. Circular ones, and those that name these,
+// go to `coupled`.
 void order_coverages(Formula& formula) {
     const std::size_t first = formula.names.fluxes.size();
     std::vector<std::uint8_t> known(formula.steady.size(), 0);
@@ -38,11 +39,11 @@ void order_coverages(Formula& formula) {
         if (!known[k]) formula.coupled.push_back(k);
 }
 
-// A yield's tables. 60 degrees, where some laws have a kink, is one of the angles.
+// Intervals of a yield's tables. 60 degrees, where some laws have a kink, is one of the angles.
 constexpr int kAngles = 3072, kEnergies = 1024;
-constexpr double kReach = 8.0;  // standard deviations of the source's energy
+constexpr double kReach = 8.0;  // energies are tabulated up to so many standard deviations above the mean
 
-// f at cosines that fall from 1 to 0 by equal angles.
+// The law at kAngles + 1 angles of incidence from 0 to 90 degrees, equally spaced.
 std::vector<double> tabulate(const Expression& angular, const std::string& key) {
     std::vector<double> table;
     for (int k = 0; k <= kAngles; ++k) {
@@ -55,8 +56,8 @@ std::vector<double> tabulate(const Expression& angular, const std::string& key) 
     return table;
 }
 
-// The coefficients of cos, cos^2, ... where the law is such a polynomial, which the tracer evaluates without
-// error.
+// Coefficients of cos, cos^2, ... if the law is such a polynomial, which the tracer evaluates exactly. Least
+// squares at 33 cosines, with an increasing number of powers.
 std::optional<std::vector<double>> polynomial(const Expression& angular, std::span<const double> table) {
     constexpr Eigen::Index kMostPowers = 8, kPoints = 33;
     for (Eigen::Index powers = 1; powers <= kMostPowers; ++powers) {
@@ -93,7 +94,7 @@ void set_angular(const Expression& angular, const std::string& key, flux::Yield&
     }
 }
 
-// The energy from which on there is a yield, to the last bit.
+// Lowest energy with a positive yield, bisected to the last bit.
 double threshold_of(const Expression& energy, double top, const std::string& key) {
     double low = 0.0, high = 0.0;
     for (int k = 0; k <= kEnergies; ++k) {
@@ -116,7 +117,7 @@ void set_energy(const Expression& energy, double top, const std::string& key, fl
     yield.energy_top = top;
     yield.threshold = threshold_of(energy, top, key);
     const double from = std::sqrt(yield.threshold), reach = std::sqrt(top) - from;
-    if (!(reach > 0.0)) throw KeyError(key, "begins above the energy of these ions");
+    if (!(reach > 0.0)) throw KeyError(key, "has its threshold above the energy of these ions");
     for (int k = 0; k <= kEnergies; ++k) {
         const double root = from + reach * k / kEnergies, value = energy(std::array{root * root});
         if (!std::isfinite(value)) raise_key(key, "has no finite value where E is {:.6g}", root * root);
@@ -135,12 +136,12 @@ void read_coverages(const Expressions& coverages, const Expressions& rates, Form
             const std::string key = (list == &steady ? "coverages." : "coverage_rates.") + name;
             check_name(key, name, taken);
             if (name.starts_with("flux_"))
-                throw KeyError(key, "begins as fluxes do in the results: choose another name");
+                throw KeyError(key, "begins with flux_, as fluxes do in the results: choose another name");
             names.coverages.push_back(name);
         }
     if (!names.coverages.empty() && names.fluxes.empty())
         throw KeyError(steady.empty() ? "coverage_rates" : "coverages",
-                       "follow from fluxes; give the step a species");
+                       "depend on fluxes; give the step a species");
     const auto law = [&](const std::string& key, const std::string& text) {
         return Law{key, read_expression(key, text, names.list(), names)};
     };
@@ -169,14 +170,13 @@ void read_diffusion(const Expressions& laws, const std::vector<std::string>& on,
         if (found == names.coverages.end())
             throw KeyError(
                 key,
-                fmt::format("is of no coverage that takes time; give coverage_rates a law for {}", name));
+                fmt::format("names no coverage of coverage_rates; give coverage_rates a law for {}", name));
         if (!formula.slow[k])
             throw KeyError(
-                key, fmt::format(
-                         "{0} is steady: `coverages` says what it is from the fluxes of each place alone, so "
-                         "that nothing is left to diffuse; diffusion is of a coverage that takes time: give "
-                         "coverage_rates its d/dt in place of that, e.g. a gain less a loss times {0}",
-                         name));
+                key, fmt::format("{0} is steady: `coverages` sets it by the local fluxes alone, so that it "
+                                 "cannot diffuse; give coverage_rates its d/dt instead, e.g. a gain less a "
+                                 "loss times {0}",
+                                 name));
         formula.diffusion[k] = Law{key, read_expression(key, text, names.list(false), names)};
         const Expression& law = formula.diffusion[k]->expression;
         if (!law.used().empty()) continue;
@@ -184,16 +184,19 @@ void read_diffusion(const Expressions& laws, const std::vector<std::string>& on,
         if (!(d >= 0.0 && d <= kHuge)) raise_key(key, "is {:g}: must be in [0, {:g}]", d, kHuge);
     }
     if (laws.named.empty() && !on.empty())
-        throw KeyError("diffuses_on", "is where coverages diffuse, and none does; give diffusion or drop it");
+        throw KeyError("diffuses_on", "has no effect, as no coverage diffuses; give diffusion, or drop it");
     formula.diffuses_on = on.empty() ? std::vector<std::uint8_t>(materials.size(), 1) : marked(on, materials);
 }
 
 std::vector<Key> yield_keys(YieldLaw& law) {
-    return {
-        {"name", &law.name, "", "its flux is called SPECIES_NAME", required()},
-        {"angular", &law.angular, "", "expression of cos, of the incidence; what is negative counts as 0"},
-        {"energy", &law.energy, "", "expression of E in eV; what is negative counts as 0"},
-        {"scale", &law.scale, "", "that both are multiplied by", kNotNegative}};
+    return {{"name", &law.name, "", "name of the yield; expressions and outputs call its flux SPECIES_NAME",
+             required()},
+            {"angular", &law.angular, "",
+             "dependence on the angle: expression of cos, the cosine of the angle of incidence; negative "
+             "values count as 0"},
+            {"energy", &law.energy, "",
+             "dependence on the energy: expression of E, the ion's energy in eV; negative values count as 0"},
+            {"scale", &law.scale, "", "constant factor of the yield", kNotNegative}};
 }
 
 flux::Yield read_yield(const YieldLaw& law, const std::string& path, const flux::Species& ion,

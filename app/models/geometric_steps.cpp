@@ -3,7 +3,7 @@
 #include "app/models/model.hpp"
 #include "levelset/motion/geometric.hpp"
 
-// Steps that only shape: recipes name them like models, but they take no time.
+// Steps that change the wafer's shape and take no process time. Recipes name them like models.
 namespace sidewall::app {
 namespace {
 
@@ -53,7 +53,7 @@ ModelEntry fill() {
     return geometric_entry(
         "fill", "fills everything up to a height, closed voids included",
         [](GeometricStep& p) {
-            return std::vector<Key>{material_key(p, "what it is filled with"),
+            return std::vector<Key>{material_key(p, "material of the fill"),
                                     height_key(p, "z of the fill's surface")};
         },
         [](const GeometricStep& p, const Materials& materials, const Shape&, MaterialStack& stack) {
@@ -67,7 +67,8 @@ ModelEntry strip() {
         [](GeometricStep& p) {
             Rule rule = required(kMaterial);
             rule.or_one = true;
-            return std::vector<Key>{{"material", &p.materials, "", "what goes", rule}};
+            return std::vector<Key>{
+                {"material", &p.materials, "", "material to remove, or a list of several", rule}};
         },
         [](const GeometricStep& p, const Materials& materials, const Shape&, MaterialStack& stack) {
             for (const std::string& name : p.materials) levelset::strip(stack, *material_id(materials, name));
@@ -76,9 +77,10 @@ ModelEntry strip() {
 
 ModelEntry conformal() {
     return geometric_entry(
-        "conformal", "coats everything, closed voids included, by the same thickness",
+        "conformal", "coats everything, closed voids included, with a film of the same thickness",
         [](GeometricStep& p) {
-            return std::vector<Key>{material_key(p, "of the film"), thickness_key(p, "of the film")};
+            return std::vector<Key>{material_key(p, "material of the film"),
+                                    thickness_key(p, "thickness of the film")};
         },
         [](const GeometricStep& p, const Materials& materials, const Shape&, MaterialStack& stack) {
             levelset::conformal(stack, id_of(p, materials), p.thickness);
@@ -90,9 +92,12 @@ ModelEntry mask() {
         "mask", "coats everything, closed voids excepted, with a film that has openings",
         [](GeometricStep& p) {
             return std::vector<Key>{
-                material_key(p, "of the film"),
-                thickness_key(p, "of the film, above the highest point unless conformal"),
-                {"conformal", &p.conformal, "", "as thick along every normal; else spun on to a flat top"}};
+                material_key(p, "material of the film"),
+                thickness_key(p,
+                              "thickness of the film above the highest point of the wafer, or along the "
+                              "normal if conformal"),
+                {"conformal", &p.conformal, "",
+                 "true: the film is equally thick along every normal; false: it is spun on, with a flat top"}};
         },
         [](const GeometricStep& p, const Materials& materials, const Shape& pattern, MaterialStack& stack) {
             levelset::mask(stack, id_of(p, materials), pattern, p.thickness, p.conformal);
@@ -102,12 +107,13 @@ ModelEntry mask() {
 
 ModelEntry cut() {
     return geometric_entry(
-        "cut", "takes away what lies in openings, straight down and whatever lies on it",
+        "cut", "removes material straight down in openings, also from under other materials",
         [](GeometricStep& p) {
             return std::vector<Key>{
-                {"materials", &p.materials, "", "what goes; all without it", kMaterial},
+                {"materials", &p.materials, "", "materials to remove; empty: all", kMaterial},
                 {"depth", &p.depth, "length",
-                 "below z = 0, down to which it goes; needed where the substrate does", or_word("through")}};
+                 "depth below z = 0 down to which material is removed; required if the substrate is removed",
+                 or_word("through")}};
         },
         [](const GeometricStep& p, const Materials& materials, const Shape& pattern, MaterialStack& stack) {
             std::vector<int> ids;

@@ -9,10 +9,10 @@
 namespace sidewall::app {
 namespace {
 
-// Tallies of the one species.
+// Tallies of the beam, in the order of flux_names.
 enum Tally : std::size_t { kIons, kSputter, kRedeposited };
 
-// Atoms in 1e22 /cm^3: no solid has more, diamond 17.6. What has is an ideal mask.
+// Atoms in 1e22 /cm^3. No solid has more (diamond: 17.6); a larger density marks an ideal mask.
 constexpr double kDensest = 20.0;
 
 struct IonBeam {
@@ -32,41 +32,45 @@ std::vector<Key> ion_beam_keys(IonBeam& p) {
         {"rate", &p.rate, "length/time",
          "etch rate of a flat wafer under this beam; 0 for materials a table leaves out",
          required(kNotNegative)},
-        {"tilt_deg", &p.tilt_deg, "degree", "of the beam from the wafer's normal", within(0.0, 85.0)},
+        {"tilt_deg", &p.tilt_deg, "degree", "angle of the beam from the wafer's normal", within(0.0, 85.0)},
         {"azimuth_deg", &p.azimuth_deg, "degree", "0: the beam flies towards +x; 90: towards +y",
          within(-360.0, 360.0)},
-        {"rotating", &p.rotating, "", "the wafer turns: every azimuth is as likely"},
-        {"threshold", &p.threshold, "eV", "E_th below which nothing is sputtered", kNotNegative},
+        {"rotating", &p.rotating, "", "the wafer turns, so that the beam comes from all azimuths equally"},
+        {"threshold", &p.threshold, "eV", "E_th: ion energy below which nothing is sputtered", kNotNegative},
         {"yield",
          &p.yield,
          "",
-         "a_k of Y = sum a_k cos^k / sum a_k, k from 1; the default is (1 + 9.3 sin^2) cos",
+         "coefficients a_1, a_2, ... of the yield Y = sum a_k cos^k theta / sum a_k at the angle of "
+         "incidence theta; the default is (1 + 9.3 sin^2 theta) cos theta",
          {.required = false}},
         {"yield_table", &p.yield_table, "",
-         "Y at equal steps of the incidence from 0 to 90 degrees, linear in between; takes the place of yield"},
+         "Y at equally spaced angles of incidence from 0 to 90 degrees, linear in between; takes the place "
+         "of yield"},
         {"redeposition_fraction", &p.redeposition_fraction, "",
-         "of the atoms that the beam takes away: so many fly off about the ions' mirrored direction, and the film "
-         "grows by those that stick, by the materials' densities; of an ideal mask, denser than 20, volume for "
-         "volume; 0: none",
+         "fraction of the sputtered atoms that fly off about the ions' mirrored direction; those that "
+         "stick where they land grow the film, atom for atom by the materials' densities. An ideal mask, "
+         "denser than 20, counts volume for volume; 0: no redeposition",
          kProbability},
         {"redeposition_rate", &p.redeposition_rate, "length/time",
-         "instead of a fraction: growth where a hit's yield lands, at yield 1, whatever the hit takes away; 0: none",
+         "instead of redeposition_fraction: growth rate of the film at a redeposited flux of 1 (yield 1) "
+         "that sticks, however much the beam removes; 0: no redeposition",
          kNotNegative},
-        {"redeposition_sticking", &p.redeposition_sticking, "", "of sputtered material", kProbability},
+        {"redeposition_sticking", &p.redeposition_sticking, "", "sticking probability of sputtered material",
+         kProbability},
         deposit_key(p.deposit),
     };
     append_keys(list, ion_keys(p.ions));
     return list;
 }
 
-// What the beam takes away and what comes down again, by material id.
+// Etch rates and densities by material, for the balance between sputtered and redeposited atoms.
 struct Redeposited {
-    std::vector<double> rate;        // of etching on a flat wafer, length/time
-    std::vector<double> atoms;       // 1e22 /cm^3; an ideal mask has the film's: volume comes down for volume
-    double film_atoms = 0.0;         // 1e22 /cm^3
+    std::vector<double> rate;        // etch rate of a flat wafer, length/time
+    std::vector<double> atoms;       // 1e22 /cm^3; an ideal mask counts with the film's: equal volumes
+    double film_atoms = 0.0;         // density of the film, 1e22 /cm^3
     double flat = 0.0;               // mean yield on a flat wafer
-    double most = 0.0;               // largest rate times atoms
-    std::vector<double> sticking{};  // share of what comes down that stays
+    double most = 0.0;               // largest product of rate and atoms
+    std::vector<double> sticking{};  // sticking probability of redeposited particles
 };
 
 Redeposited balance(const Materials& materials, int film_id, const std::vector<double>& rate, double flat) {
@@ -86,7 +90,7 @@ void check_film(const IonBeam& p, const Redeposited& parts) {
             fmt::format("{:g}e22 atoms per cm^3 make an ideal mask and no film: name what the beam "
                         "sputters, or give {} its own density by a [[material]]",
                         parts.film_atoms, name));
-    // The beam sputters the film, too; a rate of 0 that nobody gave would let it shield the wafer for good.
+    // The beam etches the film as well: with a rate of 0 by default the film would shield the wafer for ever.
     if (!p.rate.named.contains(name) && p.rate.fallback.value_or(0.0) == 0.0)
         throw KeyError(
             "rate", fmt::format("has no value for {0}, the film that redeposits, which the beam etches, too: "
@@ -94,7 +98,7 @@ void check_film(const IonBeam& p, const Redeposited& parts) {
                                 name, parts.most / parts.film_atoms));
 }
 
-// A hit gives off redeposition_rate times its yield, which may be more than the material loses by it.
+// Notes on materials where redeposition_rate times a hit's yield exceeds what the material loses by the hit.
 std::vector<std::string> notes_on_rate(const Materials& materials, const Redeposited& parts, double growth) {
     constexpr double kRounding = 1e-6;
     std::vector<std::string> notes(materials.size());
@@ -102,16 +106,17 @@ std::vector<std::string> notes_on_rate(const Materials& materials, const Redepos
         const double left = parts.rate[m] * parts.atoms[m] / parts.flat, down = growth * parts.film_atoms;
         if (down <= (1.0 + kRounding) * left) continue;
         notes[m] = fmt::format(
-            "redeposition_rate makes matter: where the beam hits {}, {}; redeposition_fraction = 1 brings down "
-            "what left, and no more",
+            "redeposition_rate creates matter: where the beam hits {}, {}; redeposition_fraction = 1 "
+            "redeposits as many atoms as are sputtered, and no more",
             materials[m].name,
-            left > 0.0 ? fmt::format("{:.3g} atoms come down for each that left", down / left)
-                       : "atoms come down and none leave");
+            left > 0.0 ? fmt::format("{:.3g} atoms redeposit for each that is sputtered", down / left)
+                       : "atoms redeposit and none are sputtered");
     }
     return notes;
 }
 
-// What a hit gives off, in units of the most that a flat wafer does: the tracer's weights are about 1.
+// Scale of the redeposition yield by material, in units of the most that any material emits on a flat wafer,
+// so that the tracer's weights are about 1.
 std::vector<double> given_off(const Redeposited& parts, double fraction) {
     std::vector<double> scale(parts.rate.size(), 0.0);
     for (std::size_t m = 0; m < scale.size() && parts.most > 0.0; ++m)
@@ -119,8 +124,8 @@ std::vector<double> given_off(const Redeposited& parts, double fraction) {
     return scale;
 }
 
-// Every atom counts: what comes down less what leaves is the film's growth times its density or, where more
-// leave, what the wafer loses of its own.
+// Speed that conserves atoms: a net gain grows the film by atoms over its density; a net loss etches the
+// material at the point by atoms over that material's density.
 double balanced_speed(const Redeposited& parts, const SurfacePoint& point) {
     const auto m = static_cast<std::size_t>(point.material);
     const double atoms = parts.most * parts.sticking[m] * point.flux[kRedeposited] -
@@ -151,9 +156,8 @@ flux::Species beam_species(const IonBeam& p) {
     return ion;
 }
 
-// V = -rate * yield-weighted flux / its mean on a flat wafer, and what comes down of it: by
-// redeposition_fraction as many atoms as balanced_speed says, by redeposition_rate that rate times the yield
-// of the hits.
+// V = -rate * yield-weighted flux / its mean on a flat wafer + redeposition: with redeposition_fraction by
+// balanced_speed, with redeposition_rate that rate times the sticking and the redeposited flux.
 Model make_ion_beam(const IonBeam& p, const Materials& materials) {
     const std::vector<double> rate = by_material_id(p.rate, materials);
     flux::Species ion = beam_species(p);
@@ -196,8 +200,7 @@ Model make_ion_beam(const IonBeam& p, const Materials& materials) {
 
 ModelEntry ion_beam() {
     return model_entry(
-        "ion_beam",
-        "ion-beam etching: V = -rate * yield-weighted flux, with a tilted beam and what redeposits",
+        "ion_beam", "ion-beam etching: V = -rate * yield-weighted flux, with a tilted beam and redeposition",
         ion_beam_keys, make_ion_beam);
 }
 

@@ -13,7 +13,8 @@ struct Isotropic {
 
 std::vector<Key> isotropic_keys(Isotropic& p) {
     return {{"rate", &p.rate, "length/time",
-             "positive grows, negative etches; 0 for materials a table leaves out", required()},
+             "speed of the surface: positive grows, negative etches; 0 for materials a table leaves out",
+             required()},
             deposit_key(p.deposit)};
 }
 

@@ -65,7 +65,9 @@ Key deposit_key(std::string& deposit) {
 
 Key coverage_tolerance_key(double& tolerance) {
     return {"coverage_tolerance", &tolerance, "",
-            "mean change of a coverage at which the first fluxes are settled", within(1e-8, 1.0)};
+            "fluxes and coverages are iterated at the start of a step until coverages change by less than "
+            "this in the mean",
+            within(1e-8, 1.0)};
 }
 
 std::optional<int> film(const std::string& deposit, const Materials& materials, bool grows) {

@@ -25,26 +25,28 @@ std::vector<Key> particle_with_rate_keys(ParticleWithRate& p) {
     keys.insert(
         keys.begin() + 2,
         {{"rate", &p.rate, "length/time",
-          "speed at flux 1, or at a flat wafer's yield; positive grows, negative etches; 0 for materials a "
-          "table leaves out",
+          "speed by this species on an open flat wafer (flux 1); positive grows, negative etches; 0 for "
+          "materials a table leaves out",
           required()},
          {"sticking", &p.sticking, "", "probability that a hit sticks; else it is re-emitted diffusely",
           kProbability}});
     keys.push_back({"yield", &p.yield, "",
-                    "ions: what the rate multiplies instead of the flux, 1 on a flat wafer",
+                    "ions: yield that weights each hit in the flux that the rate multiplies, scaled to 1 "
+                    "on a flat wafer",
                     one_of({"none", "sputter", "ion_enhanced"})});
     keys.push_back({"threshold", &p.threshold, "eV",
-                    "ions: below it there is no yield; auto: 20 sputter, 15 ion_enhanced",
+                    "ions: energy below which the yield is 0; auto: 20 sputter, 15 ion_enhanced",
                     or_word("auto", within(0.0, 1e6))});
     return keys;
 }
 
 std::vector<Key> multi_particle_keys(MultiParticle& p) {
-    return {{"species", table_list(p.species, particle_with_rate_keys), "", "at least one", required()},
+    return {{"species", table_list(p.species, particle_with_rate_keys), "",
+             "the neutrals and ions, at least one", required()},
             deposit_key(p.deposit)};
 }
 
-// The yield a rate multiplies instead of arrivals, scaled to 1 on a flat wafer.
+// The yield that replaces the arrivals in V, scaled to 1 on a flat wafer; none if the recipe names none.
 std::optional<flux::Yield> yield_of(const ParticleWithRate& p, const flux::Species& ions,
                                     const std::string& path) {
     if (p.yield == "none") {
@@ -65,7 +67,8 @@ std::optional<flux::Yield> yield_of(const ParticleWithRate& p, const flux::Speci
     if (!(flat > 0.0))
         throw KeyError(
             path + "threshold",
-            "lies above the mean energy, or the yield of a flat wafer vanishes; rates are scaled to that");
+            "lies above the mean energy, or makes the yield on a flat wafer 0, to which the rate is "
+            "scaled; lower it");
     yield.scale = {1.0 / flat};
     return yield;
 }
@@ -92,7 +95,7 @@ flux::Species make_species(const ParticleWithRate& p, const std::string& path, c
 Model make_multi_particle(const MultiParticle& p, const Materials& materials) {
     Model model;
     std::vector<std::vector<double>> rates;
-    std::vector<std::size_t> counts;  // which flux a rate multiplies
+    std::vector<std::size_t> counts;  // index of the flux that each rate multiplies
     std::size_t tallies = 0;
     bool grows = false;
     for (std::size_t k = 0; k < p.species.size(); ++k) {

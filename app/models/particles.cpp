@@ -13,11 +13,11 @@
 namespace sidewall::app {
 namespace {
 
-// Defaults by kind.
+// Defaults of neutrals, collimated particles and ions.
 constexpr double kThermal = 1.0, kCollimated = 1000.0, kIon = 500.0;  // source exponents
-constexpr double kIonEnergy = 100.0, kIonSpread = 0.1;                // eV, and as a share of it
+constexpr double kIonEnergy = 100.0, kIonSpread = 0.1;                // eV, and standard deviation over mean
 
-// Throws for the first of these keys that the recipe gives.
+// Throws for the first of the keys that has a value.
 void refuse(const std::string& path, const char* rule,
             std::initializer_list<std::pair<const char*, std::optional<double>>> keys) {
     for (const auto& [name, value] : keys)
@@ -56,10 +56,10 @@ void make_ion(flux::Species& species, const Particle& p, const std::string& path
 }
 
 constexpr double kBoltzmann = 1.380649e-23;                   // J/K
-constexpr double kRoomTemperature = 300.0, kNitrogen = 0.37;  // K, and nm
+constexpr double kRoomTemperature = 300.0, kNitrogen = 0.37;  // K; nm, diameter of N2
 
-// k T / (sqrt(2) pi d^2 p) in metres, from K, m and Pa: a molecule among others of its kind (Bird, Molecular
-// Gas Dynamics, 1994, equation 1.13).
+// Mean free path k T / (sqrt(2) pi d^2 p) in metres, from K, m and Pa, of a molecule among equal ones (Bird,
+// Molecular Gas Dynamics, 1994, equation 1.13).
 double kinetic_free_path(double temperature, double diameter, double pressure) {
     return kBoltzmann * temperature /
            (std::numbers::sqrt2 * std::numbers::pi * diameter * diameter * pressure);
@@ -68,21 +68,21 @@ double kinetic_free_path(double temperature, double diameter, double pressure) {
 struct Measured {
     const char* material;
     double yield;   // atoms or formula units an ion, normal incidence
-    double energy;  // eV, of argon
+    double energy;  // eV, argon ions
 };
 
-// Milling rates R of argon at 500 eV and normal incidence, in um^3/nC (globalsino.com/EM/page1309.html,
-// Practical Electron Microscopy and Database, table 1309), as yields R density e: Al2O3 0.01667, C 0.00733,
-// Cr 0.09667, Cu 0.18333, Ge 0.16667. They give 0.51 for silicon and 0.235 for SiO2; the values below give
-// 0.60 and 0.252. Tungsten: Eckstein in Sputtering by Particle Bombardment (Springer 2007), Ar on W
-// (db-amdis.org, data set 455); within 12 % from 200 to 500 eV, and 2.5 times too much at 100 eV, so near to
-// its own threshold of 27 eV.
+// Argon milling rates R at 500 eV and normal incidence, in um^3/nC (globalsino.com/EM/page1309.html,
+// Practical Electron Microscopy and Database, table 1309), converted to yields R density e: Al2O3 0.01667, C
+// 0.00733, Cr 0.09667, Cu 0.18333, Ge 0.16667. The table gives 0.51 for silicon and 0.235 for SiO2; the
+// models' A_sp give 0.60 and 0.252. Tungsten: Eckstein in Sputtering by Particle Bombardment (Springer 2007),
+// Ar on W (db-amdis.org, data set 455); A_sp fits it within 12 % from 200 to 500 eV, and is 2.5 times too
+// large at 100 eV, near tungsten's own threshold of 27 eV.
 constexpr Measured kMeasured[] = {
     {"Al2O3", 0.0622, 500.0}, {"Carbon", 0.117, 500.0}, {"Cr", 1.29, 500.0},
     {"Cu", 2.49, 500.0},      {"Ge", 1.18, 500.0},      {"W", 0.270, 200.0},
 };
 
-// The measurements deserve no more digits.
+// Rounds to three significant digits: the measurements are no more precise.
 double three_digits(double number) {
     return std::stod(fmt::format("{:.3g}", number));
 }
@@ -92,32 +92,37 @@ double three_digits(double number) {
 std::vector<Key> particle_keys(Particle& p) {
     const Rule angle = or_word("auto", within(0.0, 90.0));
     std::vector<Key> keys = {
-        {"name", &p.name, "", "labels the flux in outputs", required()},
+        {"name", &p.name, "", "name of the species, which labels its flux in outputs", required()},
         {"kind", &p.kind, "",
          "neutral and collimated species stick or are re-emitted diffusely; ions are reflected at grazing "
          "incidence",
          one_of({"neutral", "collimated", "ion"})},
         {"source_exponent", &p.source_exponent, "",
-         "n of the source's cos^n; auto: 1 neutral, 1000 collimated, 500 ion",
+         "n of the source's angular distribution cos^n; auto: 1 neutral, 1000 collimated, 500 ion",
          or_word("auto", within(0.0, 1e6))},
         {"source_beta", &p.source_beta, "",
-         "neutrals: b of a source cos (1 + b cos^2), which a sputtered target is: -1 to 0 under-cosine, above 0 "
-         "over-cosine; none: cos^n",
+         "neutrals: b of the source's angular distribution cos (1 + b cos^2), as of a sputtered target: -1 "
+         "to 0 under-cosine, above 0 over-cosine; none: cos^n",
          or_word("none", within(-1.0, 1e6))},
         {"source_file", &p.source_file, "",
-         "CSV beside the recipe, of how many come from which angle (degree, from the source's axis). Ions: energy_from, "
-         "energy_to (eV), angle_from, angle_to, weight, a bin a row. Neutrals: angle_from, angle_to, weight; or angle "
-         "and intensity, what the source sends per solid angle"},
-        {"tilt_deg", &p.tilt_deg, "degree", "of the source's axis from the vertical", within(0.0, 85.0)},
-        {"azimuth_deg", &p.azimuth_deg, "degree", "it flies to, from x to y", within(-360.0, 360.0)},
+         "CSV file, relative to the recipe, with the source's distribution over angles (degree, from the "
+         "source's axis). Columns for ions: energy_from, energy_to (eV), angle_from, angle_to, weight, one "
+         "bin a row. For neutrals: angle_from, angle_to, weight; or angle and intensity, which is per "
+         "solid angle"},
+        {"tilt_deg", &p.tilt_deg, "degree", "angle of the source's axis from the vertical",
+         within(0.0, 85.0)},
+        {"azimuth_deg", &p.azimuth_deg, "degree",
+         "direction in which a tilted source's particles fly: 0 is towards +x, 90 towards +y",
+         within(-360.0, 360.0)},
         {"rotating", &p.rotating, "", "the wafer turns under the tilted source"},
-        {"energy", &p.energy, "eV", "ions: mean; auto: 100", or_word("auto", positive_to(1e6))},
-        {"energy_spread", &p.energy_spread, "eV", "ions: standard deviation; auto: a tenth of the energy",
+        {"energy", &p.energy, "eV", "ions: mean energy; auto: 100", or_word("auto", positive_to(1e6))},
+        {"energy_spread", &p.energy_spread, "eV",
+         "ions: standard deviation of the energy; auto: a tenth of the mean",
          or_word("auto", within(0.0, 1e6))},
-        {"reflect_from_deg", &p.reflect_from_deg, "degree", "ions: least incidence that reflects; auto: 70",
-         angle},
-        {"reflect_to_deg", &p.reflect_to_deg, "degree", "ions: incidence from which all reflect; auto: 90",
-         angle},
+        {"reflect_from_deg", &p.reflect_from_deg, "degree",
+         "ions: angle of incidence from which some are reflected; auto: 70", angle},
+        {"reflect_to_deg", &p.reflect_to_deg, "degree",
+         "ions: angle of incidence from which all are reflected; auto: 90", angle},
     };
     append_keys(keys, gas_keys(p.gas));
     return keys;
@@ -172,20 +177,24 @@ void refuse_twins(const std::vector<flux::Species>& species) {
 std::vector<Key> gas_keys(Gas& gas) {
     return {
         {"mean_free_path", &gas.mean_free_path, "length",
-         "neutrals: between collisions in the gas, which leave every direction as likely; none: they fly straight, or "
-         "pressure tells",
+         "neutrals: mean free path between collisions in the gas, which scatter in all directions equally; "
+         "none: no collisions, unless pressure is given",
          or_word("none", kPositive)},
         {"pressure", &gas.pressure, "Pa",
-         "neutrals: of the gas, in place of mean_free_path: k T / (sqrt(2) pi d^2 p); none: no collisions",
+         "neutrals: pressure p of the gas, which gives a mean free path of k T / (sqrt(2) pi d^2 p); none: "
+         "no collisions, unless mean_free_path is given",
          or_word("none", positive_to(1e7))},
-        {"temperature", &gas.temperature, "K", "T of that gas; auto: 300", or_word("auto", positive_to(1e4))},
-        {"molecule_diameter", &gas.molecule_diameter, "nm", "d of its molecules; auto: 0.37, nitrogen's",
+        {"temperature", &gas.temperature, "K",
+         "T: temperature of the gas, for the mean free path by pressure; auto: 300",
+         or_word("auto", positive_to(1e4))},
+        {"molecule_diameter", &gas.molecule_diameter, "nm",
+         "d: diameter of the gas molecules, for the mean free path by pressure; auto: 0.37, nitrogen",
          or_word("auto", within(0.01, 10.0))},
     };
 }
 
 void add_gas(Gas gas, const std::string& path, Model& model) {
-    // Throws for the first key that is given, from the \p first one on.
+    // Throws for the first key with a value, from key number \p first on.
     const auto refuse_from = [&](std::size_t first, const char* rule) {
         const std::vector<Key> keys = gas_keys(gas);
         for (std::size_t k = first; k < keys.size(); ++k)
@@ -198,7 +207,7 @@ void add_gas(Gas gas, const std::string& path, Model& model) {
             "is for neutrals, which a collision leaves thermal; ions keep much of their direction: drop it, "
             "and widen their source by source_exponent or source_file");
     if (gas.mean_free_path) {
-        refuse_from(1, "comes with mean_free_path; drop one of the two");
+        refuse_from(1, "cannot be combined with mean_free_path; drop one of the two");
         species.mean_free_path = *gas.mean_free_path;
     }
     if (gas.pressure) {
@@ -213,10 +222,17 @@ void add_gas(Gas gas, const std::string& path, Model& model) {
 
 std::vector<Key> reflection_keys(Cone& cone) {
     return {{"cone", &cone.cone, "degree",
-             "theta_min: half-angle of the reflected cone is 90 less incidence or this", within(0.0, 90.0)},
-            {"inflection", &cone.inflection, "degree", "theta_i of the energy a reflected ion keeps",
+             "theta_min: reflected ions leave in a cone about the mirrored direction; its half-angle is 90 "
+             "less the incidence, at least 90 less this",
+             within(0.0, 90.0)},
+            {"inflection", &cone.inflection, "degree",
+             "theta_i: angle of incidence above which the share of energy that a reflected ion keeps rises "
+             "linearly",
              within(1.0, 89.99)},
-            {"energy_exponent", &cone.energy_exponent, "", "n_l of that energy", within(0.0, 1e3)}};
+            {"energy_exponent", &cone.energy_exponent, "",
+             "n_l: below theta_i (inflection) the share of energy that a reflected ion keeps goes as "
+             "(theta/theta_i)^n_l",
+             within(0.0, 1e3)}};
 }
 
 void set_reflection(const Cone& cone, flux::Species& ion) {
@@ -228,13 +244,13 @@ void set_reflection(const Cone& cone, flux::Species& ion) {
 std::vector<Key> ion_keys(Ions& p) {
     std::vector<Key> keys = {
         {"energy", &p.energy, "eV", "mean energy of the ions", positive_to(1e6), "ion_energy"},
-        {"energy_spread", &p.energy_spread, "eV", "its standard deviation", within(0.0, 1e6),
+        {"energy_spread", &p.energy_spread, "eV", "standard deviation of the ions' energy", within(0.0, 1e6),
          "ion_energy_spread"},
-        {"ion_exponent", &p.ion_exponent, "", "n of the ions' cos^n", within(0.0, 1e6)},
-        {"reflect_from_deg", &p.reflect_from_deg, "degree", "incidence from which ions start to be reflected",
-         within(0.0, 90.0), "reflection_from"},
-        {"reflect_to_deg", &p.reflect_to_deg, "degree", "incidence from which all are", within(0.0, 90.0),
-         "reflection_to"}};
+        {"ion_exponent", &p.ion_exponent, "", "n of the ions' angular distribution cos^n", within(0.0, 1e6)},
+        {"reflect_from_deg", &p.reflect_from_deg, "degree",
+         "angle of incidence from which some ions are reflected", within(0.0, 90.0), "reflection_from"},
+        {"reflect_to_deg", &p.reflect_to_deg, "degree",
+         "angle of incidence from which all ions are reflected", within(0.0, 90.0), "reflection_to"}};
     append_keys(keys, reflection_keys(p.cone));
     return keys;
 }
@@ -272,8 +288,8 @@ std::vector<std::uint8_t> marked(const std::vector<std::string>& names, const Ma
 }
 
 ByMaterial sputter_yields(double threshold, double silicon) {
-    // SiO2: La Magna and Garozzo, J. Electrochem. Soc. 150, F178 (2003). The ideal mask has it, too (Belen et
-    // al. as in ViennaPS), and hardly sputters for its density.
+    // SiO2: La Magna and Garozzo, J. Electrochem. Soc. 150, F178 (2003). The ideal mask has the same yield
+    // (Belen et al. as in ViennaPS), but hardly etches because its density is high.
     constexpr double kOxide = 0.0139;
     ByMaterial yields{std::nullopt,
                       {{"Si", silicon}, {"PolySi", silicon}, {"SiO2", kOxide}, {"Mask", kOxide}}};

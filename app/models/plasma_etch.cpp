@@ -24,30 +24,42 @@ std::vector<Key> plasma_etch_keys(PlasmaEtch& p) {
     std::vector<Key> keys = {
         {"ion_flux", &p.ion_flux, flux, "ions on an open wafer", kNotNegative},
         {"etchant_flux", &p.etchant_flux, flux, "etchant on an open wafer", kNotNegative},
-        {"oxygen_flux", &p.oxygen_flux, flux, "passivant on an open wafer", kNotNegative},
-        {"etched", &p.etched, "", "materials that react; all others only sputter", kMaterial},
-        {"etchant_sticking", &p.etchant_sticking, "", "beta_E on free sites", kProbability},
-        {"oxygen_sticking", &p.oxygen_sticking, "", "beta_P on free sites", kProbability},
-        {"coverage_beta", &p.coverage_beta, "", "whether beta enters the coverages too, as it should"},
+        {"oxygen_flux", &p.oxygen_flux, flux, "oxygen, the passivant, on an open wafer", kNotNegative},
+        {"etched", &p.etched, "",
+         "materials that the plasma etches chemically; all others are only sputtered", kMaterial},
+        {"etchant_sticking", &p.etchant_sticking, "",
+         "beta_E: sticking probability of the etchant on free sites", kProbability},
+        {"oxygen_sticking", &p.oxygen_sticking, "",
+         "beta_P: sticking probability of the passivant on free sites", kProbability},
+        {"coverage_beta", &p.coverage_beta, "",
+         "true: the coverage equations count only arrivals that stick, as is right; false: all arrivals"},
         coverage_tolerance_key(p.coverage_tolerance),
-        {"k_sigma", &p.k_sigma, flux, "thermal desorption of etched material", kNotNegative},
-        {"beta_sigma", &p.beta_sigma, flux, "desorption of the passivant", kNotNegative},
+        {"k_sigma", &p.k_sigma, flux, "thermal desorption rate of the etched material", kNotNegative},
+        {"beta_sigma", &p.beta_sigma, flux, "desorption rate of the passivant", kNotNegative},
         {"sputter_yield", &p.sputter_yield, "",
-         "A_sp of every material on the wafer; those with a published value need not be named", kNotNegative},
-        {"sputter_threshold", &p.sputter_threshold, energy, "E_sp", kNotNegative},
-        {"sputter_angle", &p.sputter_angle, "", "B_sp", kNotNegative},
-        {"enhanced_yield", &p.enhanced_yield, "", "A_ie", kNotNegative},
-        {"enhanced_threshold", &p.enhanced_threshold, energy, "E_ie", kNotNegative},
-        {"removal_yield", &p.removal_yield, "", "A_p: passivant an ion removes", kNotNegative},
-        {"removal_threshold", &p.removal_threshold, energy, "E_p", kNotNegative},
+         "A_sp: sputter yield factor, for every material on the wafer; those with a published value need "
+         "not be named",
+         kNotNegative},
+        {"sputter_threshold", &p.sputter_threshold, energy,
+         "E_sp: ion energy below which nothing is sputtered", kNotNegative},
+        {"sputter_angle", &p.sputter_angle, "",
+         "B_sp of the angular factor of sputtering, (1 + B_sp sin^2 theta) cos theta at incidence theta",
+         kNotNegative},
+        {"enhanced_yield", &p.enhanced_yield, "", "A_ie: yield factor of ion-enhanced etching", kNotNegative},
+        {"enhanced_threshold", &p.enhanced_threshold, energy,
+         "E_ie: ion energy below which ions do not enhance the etching", kNotNegative},
+        {"removal_yield", &p.removal_yield, "", "A_p: yield factor of passivant removal by ions",
+         kNotNegative},
+        {"removal_threshold", &p.removal_threshold, energy,
+         "E_p: ion energy below which ions remove no passivant", kNotNegative},
     };
     append_keys(keys, ion_keys(p.ions));
     return keys;
 }
 
-// Ion, etchant and passivant: Belen et al., JVST A 23, 99 (2005). Fluxes in 1e15 /cm^2/s.
+// SF6/O2 and HBr/O2: ion, etchant, passivant (Belen et al., JVST A 23, 99 (2005)). Fluxes in 1e15 /cm^2/s.
 Model make_plasma_etch(const PlasmaEtch& p, const Materials& materials) {
-    // In the order of flux_names: the ion's arrivals and yields, then the neutrals.
+    // Tallies in the order of flux_names: the ion's arrivals and yields, then the neutrals.
     enum Tally : std::size_t { kIon, kSputter, kEnhanced, kRemoval, kEtchant, kPassivant };
     enum Site : std::size_t { kEtchantSite, kPassivantSite };
     const std::vector<double> beta_e = by_material_id(p.etchant_sticking, materials),

@@ -15,12 +15,13 @@ struct SingleParticle {
 std::vector<Key> single_particle_keys(SingleParticle& p) {
     std::vector<Key> keys = {
         {"rate", &p.rate, "length/time",
-         "speed at flux 1, an open flat wafer's; positive grows, negative etches; 0 for materials a table leaves out",
+         "speed at flux 1, which an open flat wafer receives; positive grows, negative etches; 0 for "
+         "materials a table leaves out",
          required()},
         {"sticking", &p.sticking, "", "probability that a hit sticks; else it is re-emitted diffusely",
          kProbability},
-        {"source_exponent", &p.source_exponent, "", "n of the source's cos^n; 1 is a thermal gas",
-         within(0.0, 1e6)}};
+        {"source_exponent", &p.source_exponent, "",
+         "n of the source's angular distribution cos^n; 1 is a thermal gas", within(0.0, 1e6)}};
     append_keys(keys, gas_keys(p.gas));
     keys.push_back(deposit_key(p.deposit));
     return keys;

@@ -14,7 +14,7 @@
 namespace sidewall::app {
 namespace {
 
-// A place between the points of an axis: the lower one, and the part of the way to the next.
+// Position between two points of an axis: index of the lower one and fraction of the interval, 0 to 1.
 struct Place {
     std::size_t lower;
     double part;
@@ -40,8 +40,7 @@ std::size_t index_on(const std::vector<double>& axis, double x) {
 
 constexpr double kRadians = std::numbers::pi / 180.0;
 
-// The column of that name, of angles in degree, energies in eV or plain numbers; \p all names the columns for
-// messages.
+// The named column, in degree, eV or no unit. For messages, \p all lists the required columns.
 const std::vector<double>& column_of(const CsvTable& csv, const char* name, const char* all) {
     const auto found = std::ranges::find(csv.columns, name, &CsvColumn::name);
     if (found == csv.columns.end()) {
@@ -58,7 +57,7 @@ const std::vector<double>& column_of(const CsvTable& csv, const char* name, cons
     return numbers_of(*found);
 }
 
-// Makes shares of running sums of weights, whose last is `total`.
+// Turns running sums of weights, which end at `total`, into cumulative shares, which end at 1.
 std::vector<flux::SourceBin> shared_out(std::vector<flux::SourceBin> bins, double total,
                                         const std::string& file) {
     if (!(total > 0.0) || !std::isfinite(total))
@@ -68,7 +67,7 @@ std::vector<flux::SourceBin> shared_out(std::vector<flux::SourceBin> bins, doubl
     return bins;
 }
 
-// A bin a row, of angles and, with \p energies, of energies; \p all names the columns for messages.
+// One bin a row: angles and, with \p energies, energies. \p all lists the columns for messages.
 std::vector<flux::SourceBin> bins_of_histogram(const CsvTable& csv, bool energies, const char* all) {
     const std::vector<double> none(csv.columns[0].values.size(), 0.0);
     const auto column = [&](const char* name, bool wanted = true) -> const std::vector<double>& {
@@ -144,7 +143,7 @@ std::vector<flux::SourceBin> read_source(const std::filesystem::path& path) {
 
 namespace {
 
-// The integral of (p + q a) sin a.
+// Antiderivative of (p + q a) sin a.
 double sine_integral(double p, double q, double a) {
     return q * std::sin(a) - (p + q * a) * std::cos(a);
 }

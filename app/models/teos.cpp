@@ -20,21 +20,26 @@ struct Teos {
 
 std::vector<Key> precursor_keys(Precursor& p) {
     std::vector<Key> keys = {
-        {"rate", &p.rate, "length/time", "growth at flux 1", required(kNotNegative)},
-        {"sticking", &p.sticking, "", "s; what does not stick is re-emitted diffusely", kProbability},
-        {"order", &p.order, "", "m, the reaction's order in this precursor", within(1.0, 5.0)},
+        {"rate", &p.rate, "length/time", "growth rate at flux 1, which an open flat wafer receives",
+         required(kNotNegative)},
+        {"sticking", &p.sticking, "",
+         "s: sticking probability at flux 1; what does not stick is re-emitted diffusely", kProbability},
+        {"order", &p.order, "",
+         "m: order of the reaction in this precursor; sticking is s * min(flux, 1)^(m - 1)",
+         within(1.0, 5.0)},
     };
     append_keys(keys, gas_keys(p.gas));
     return keys;
 }
 
 std::vector<Key> teos_keys(Teos& p) {
-    return {{"precursors", table_list(p.precursors, precursor_keys), "", "one or two", required()},
+    return {{"precursors", table_list(p.precursors, precursor_keys), "", "the precursors, one or two",
+             required()},
             deposit_key(p.deposit)};
 }
 
-// V = sum of rate flux^order over one or two precursors; each sticks with s theta^(order - 1), theta its
-// flux, at most 1.
+// V = sum of rate flux^order over one or two precursors. Each sticks with probability s theta^(order - 1),
+// where theta is its flux, at most 1.
 Model make_teos(const Teos& p, const Materials& materials) {
     const std::vector<Precursor>& precursors = p.precursors;
     if (precursors.size() > 2) throw KeyError("precursors", "must be one or two");

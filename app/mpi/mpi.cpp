@@ -1,5 +1,5 @@
-// What the program asks of MPI: a library of its own that is loaded by those processes that mpirun has
-// started (common/processes.cpp), so that nothing else needs MPI to be installed.
+// The program's calls of MPI, in a separate library. Only processes that mpirun has started load it
+// (common/processes.cpp), so the program itself runs without MPI.
 #include <mpi.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ void sidewall_mpi_join(int* rank, int* ranks) {
 }
 
 void sidewall_mpi_sum(std::uint64_t* values, std::size_t count) {
-    constexpr std::size_t kMost = std::size_t{1} << 26;  // a call counts in int
+    constexpr std::size_t kMost = std::size_t{1} << 26;  // values a call; MPI counts in int
     for (std::size_t first = 0; first < count; first += kMost)
         MPI_Allreduce(MPI_IN_PLACE, values + first, static_cast<int>(std::min(kMost, count - first)),
                       MPI_UINT64_T, MPI_SUM, MPI_COMM_WORLD);

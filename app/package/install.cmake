@@ -8,7 +8,7 @@ install(TARGETS sidewall RUNTIME COMPONENT program)
 install(DIRECTORY configs/ DESTINATION ${CMAKE_INSTALL_DATADIR}/sidewall/configs COMPONENT program
         PATTERN pictures EXCLUDE)
 install(FILES README.md CHANGELOG.md CITATION.cff LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
-install(DIRECTORY configs/pictures DESTINATION ${CMAKE_INSTALL_DOCDIR}/configs COMPONENT program)  # of the README
+install(DIRECTORY configs/pictures DESTINATION ${CMAKE_INSTALL_DOCDIR}/configs COMPONENT program)  # shown by the README
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program PATTERN "*.sh" EXCLUDE)
 
 if(TARGET sidewall_mpi)
@@ -29,7 +29,7 @@ install(CODE [[
     file(INSTALL "${sidewall_made}/${name}" DESTINATION "${CMAKE_INSTALL_PREFIX}/${folder}")
   endfunction()
   set(sidewall_zsh site-functions)
-  if("${CMAKE_INSTALL_PREFIX}" MATCHES "/usr$")  # where Debian's zsh looks for those of packages
+  if("${CMAKE_INSTALL_PREFIX}" MATCHES "/usr$")  # where Debian's zsh finds those of packages
     set(sidewall_zsh vendor-completions)
   endif()
   sidewall_writes(${sidewall_man}/man1 sidewall.1 man)
@@ -72,7 +72,7 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME sidewall-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
-# What all libraries need; extraction and levelset need OpenVDB, too, surface, flux and these two Embree, levelset Clipper.
+# Depends: what all libraries need. Recommends: Embree (surface, flux, extraction, levelset), OpenVDB (the last two), Clipper (levelset).
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libeigen3-dev, libtbb-dev, libfmt-dev")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_RECOMMENDS
     "cmake, libembree-dev, libopenvdb-dev, libboost-iostreams-dev, zlib1g-dev, libexpat1-dev, libpolyclipping-dev")
@@ -83,7 +83,7 @@ set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-sidewall)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
-# The compiled part fits one minor version of the interpreter.
+# The compiled module works with one minor version of the interpreter only.
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
     "sidewall (= ${PROJECT_VERSION}), python3-numpy, python3 (>= 3.${Python3_VERSION_MINOR}), python3 (<< 3.${next_python})")
 set(CPACK_COMPONENT_PYTHON_DESCRIPTION

@@ -12,14 +12,14 @@
 namespace sidewall::app {
 namespace {
 
-/// "48 s"; empty for a mesh that says no time.
+/// Time of a surface, such as "48 s"; empty if its mesh has none.
 std::string time_text(const Result& result) {
     const std::optional<double> time = metadata_number(result.metadata, "time");
     return time ? fmt::format("{:.6g} {}", *time, metadata_text(result.metadata, "time_unit", "")) : "";
 }
 
-/// The scale that all pictures share. \p options get the attribute's full name, so that `flux` is the same species'
-/// flux in every picture.
+/// The scale that all pictures share. Sets options.color to the attribute's full name, so that `flux` means
+/// the same species' flux in every picture.
 PictureScale common_scale(const fs::path& run, const std::vector<SavedSurface>& saved,
                           RenderOptions& options) {
     PictureScale common;
@@ -27,7 +27,7 @@ PictureScale common_scale(const fs::path& run, const std::vector<SavedSurface>& 
     for (const SavedSurface& one : saved) {
         const Result result = read_saved(run, one);
         common.extend(result);
-        // Surfaces of a step without fluxes lack them; it is an error only where all do.
+        // Surfaces of steps without fluxes lack the attribute; it is an error only if all do.
         const bool last = &one == &saved.back();
         auto own = last && !found ? choose_colouring(result, options.color, options.range)
                                   : find_colouring(result, options.color, options.range);
@@ -44,10 +44,10 @@ PictureScale common_scale(const fs::path& run, const std::vector<SavedSurface>& 
     return common;
 }
 
-// File that lists the pictures, a name a line.
+// File that lists the pictures, one name per line.
 constexpr const char* kList = "pictures.txt";
 
-/// Removes the pictures of an earlier call that this one will not replace, and lists those that it will write.
+/// Removes pictures of an earlier call that this one does not replace, and lists those that it writes.
 void begin_pictures(const fs::path& folder, const std::vector<std::string>& names) {
     std::error_code failure;
     if (fs::exists(folder / kList, failure))
@@ -62,7 +62,7 @@ void begin_pictures(const fs::path& folder, const std::vector<std::string>& name
     write_file(folder / kList, text);
 }
 
-/// Shrinks the left \p width pixels: means over squares of \p factor pixels, incomplete ones left out.
+/// Shrinks the left \p width pixels to means over \p factor x \p factor pixels, without incomplete squares.
 Picture shrunk(const Picture& picture, int width, int factor) {
     Picture small(width / factor, picture.height / factor);
     for (int y = 0; y < small.height; ++y)
@@ -75,9 +75,9 @@ Picture shrunk(const Picture& picture, int width, int factor) {
     return small;
 }
 
-/// Factor by which pictures of \p width x \p height pixels shrink for the strip.
+/// Factor by which pictures of \p width x \p height pixels shrink for strip.png.
 int strip_factor(int width, int height, std::size_t count) {
-    constexpr double kUsual = 300.0;  // pixels of width
+    constexpr double kUsual = 300.0;  // pixels of width that a picture keeps
     constexpr double kMost = 4e6;     // pixels in all
     const double all = static_cast<double>(width) * height * static_cast<double>(count);
     const double factor = std::max(std::round(width / kUsual), std::ceil(std::sqrt(all / kMost)));
@@ -93,8 +93,8 @@ Picture strip_picture(const std::vector<Picture>& cells, const PictureKey& key) 
     const int widest =
         static_cast<int>(std::clamp(std::round(std::sqrt(16.0 / 9.0 * count * height / width)), 1.0, count));
     const int rows = rows_of(number, widest),
-              columns = rows_of(number, rows);  // the last row as full as can be
-    // The key's size is that beside a picture of which the cells take three fifths.
+              columns = rows_of(number, rows);  // fills the last row as far as possible
+    // The key has the size that it has on a page of whose width the cells take three fifths.
     const int page = columns * width * 5 / 3;
     KeyColumn column = key_column(key, page, rows * height);
     Picture strip(columns * width + static_cast<int>(std::ceil(column.width)), rows * height);

@@ -143,7 +143,7 @@ std::string_view glyph_strokes(char32_t character) {
 constexpr double kBar = 1.6;        // width of a bar or a swatch
 constexpr double kRow = 2.4;        // from one entry to the next
 constexpr double kTitle = 1.1;      // height of a title's capitals
-constexpr double kMargin = 3.0;     // one before the key, two behind it
+constexpr double kMargin = 3.0;     // 1 before the key, 2 after it
 constexpr double kTickLabel = 1.0;  // from a bar to its labels
 constexpr double kName = 0.9;       // from a swatch to its name
 
@@ -318,22 +318,22 @@ Ticks round_ticks(double low, double high, int wanted) {
     double step = 10.0 * decade;
     for (const double factor : {5.0, 2.5, 2.0, 1.0})
         if (factor * decade >= rough * (1.0 - 1e-9)) step = factor * decade;
-    // Whole multiples of the step: rounding neither loses nor adds a tick at an end.
+    // Ticks are whole multiples of the step; the tolerance keeps rounding from losing one at an end.
     const double first = std::ceil(low / step - 1e-9), last = std::floor(high / step + 1e-9);
     return {first * step, step, static_cast<int>(last - first) + 1};
 }
 
 KeyColumn key_column(const PictureKey& key, int width, int height) {
     if (key.empty()) return {};
-    constexpr double kUsual = 0.28;  // of the picture's height
-    constexpr double kMost = 0.4;    // of its width
+    constexpr double kUsual = 0.28;  // share of the picture's height
+    constexpr double kMost = 0.4;    // share of its width
     const double needed = key_width(key) + kMargin;
     double text = std::max(7.0, 0.0165 * height);
     if (!key.bar) text = std::min(text, 0.85 * height / (kRow * static_cast<double>(key.entries.size())));
     KeyColumn column;
     column.width = std::min(std::max(kUsual * height, needed * text), kMost * width);
     column.text = std::min(text, column.width / needed);
-    constexpr double kUsualLeft = 10.0;  // so that short keys do not hug the edge
+    constexpr double kUsualLeft = 10.0;  // so that short keys keep clear of the edge
     column.left = std::max(width - column.width + column.text,
                            width - std::max(kUsualLeft, needed - 1.0) * column.text);
     return column;

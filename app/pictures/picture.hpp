@@ -57,7 +57,7 @@ void draw_text(Picture& picture, double x, double y, double size, std::string_vi
 /// Fills the pixels of a rectangle, clipped to the picture.
 void fill_rectangle(Picture& picture, double x, double y, double width, double height, const Colour& colour);
 
-/// A swatch of the key.
+/// An entry of the key: a swatch with a name.
 struct LegendEntry {
     std::string name;
     Colour colour;
@@ -66,7 +66,7 @@ struct LegendEntry {
 /// The key to a picture's colours: a viridis bar of values, or swatches with names.
 struct PictureKey {
     bool bar = false;
-    std::string title;  ///< of the bar, with its unit
+    std::string title;  ///< quantity of the bar with its unit
     double low = 0.0, high = 1.0;
     std::vector<LegendEntry> entries;  ///< where there is no bar
 
@@ -75,12 +75,12 @@ struct PictureKey {
 
 /// The column at a picture's right that holds the key; lengths in pixels.
 struct KeyColumn {
-    double width = 0.0;  ///< from here to the picture's right end; 0 without a key
-    double left = 0.0;   ///< where the key begins
+    double width = 0.0;  ///< column width, to the picture's right edge; 0 without a key
+    double left = 0.0;   ///< x of the key's left end
     double text = 0.0;   ///< height of a capital
 };
 
-/// Room for \p key: at most two fifths of the picture, the text as small as that takes.
+/// The column for \p key: at most two fifths of the picture's width; the text shrinks to fit.
 KeyColumn key_column(const PictureKey& key, int width, int height);
 
 /// Draws \p key into its column: the bar with round ticks and its title above, or the entries one below the

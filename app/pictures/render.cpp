@@ -13,15 +13,15 @@ namespace sidewall::app {
 namespace {
 
 constexpr double kRadians = std::numbers::pi / 180.0;
-constexpr int kOcclusionRays = 16;  // per sample; four samples a pixel
+constexpr int kOcclusionRays = 16;  // rays per sample; a pixel has four samples
 
-/// A view from afar: mild perspective, so that parallel walls still look parallel.
+/// A camera far away: its mild perspective lets parallel walls look parallel.
 struct Camera {
     Vec3 position, right, up, forward;
-    double tangent = std::tan(9.0 * kRadians);  ///< half the picture's height at distance one
-    double shift_x = 0.0, shift_y = 0.0;        ///< of the picture plane at distance one
+    double tangent = std::tan(9.0 * kRadians);  ///< half the picture's height at distance 1
+    double shift_x = 0.0, shift_y = 0.0;        ///< shift of the picture plane at distance 1
 
-    /// Direction through a point of the picture, x and y in [-1, 1] times half its height.
+    /// Ray direction through a point of the picture; x and y in units of half the picture's height.
     Vec3 direction(double x, double y) const {
         return (forward + (x * tangent + shift_x) * right + (y * tangent + shift_y) * up).normalized();
     }
@@ -48,7 +48,7 @@ Camera frame(const Box3& box, const RenderOptions& options, double legend_width)
     const double size = std::max(box.size().norm(), std::numeric_limits<double>::min());
     double distance = 4.0 * size;
     Vec3 target = centre;
-    // A fixed-point iteration, as perspective makes it implicit; the error shrinks by about size / distance.
+    // Fixed-point iteration, as perspective makes distance implicit; errors shrink by about size / distance.
     for (int round = 0; round < 12; ++round) {
         camera.position = target - distance * camera.forward;
         double low[2] = {1e300, 1e300}, high[2] = {-1e300, -1e300};
@@ -74,8 +74,7 @@ Camera frame(const Box3& box, const RenderOptions& options, double legend_width)
     return camera;
 }
 
-/// The part of space that is drawn: \p box, extended downwards below a solid over a rectangle, less what the cut
-/// removes.
+/// The part that is drawn: \p box, lowered below the open surface of a solid, without what the cut removes.
 Box3 drawn_box(Box3 box, const RenderScene& scene, const RenderOptions& options) {
     const double lateral = std::max(box.size().x(), box.size().y());
     const bool closed = surface::analyse_topology(scene.surface()).closed();
@@ -102,7 +101,7 @@ Box3 drawn_box(Box3 box, const RenderScene& scene, const RenderOptions& options)
 
 struct Span {
     double enter, leave;
-    int axis;  ///< of the face entered
+    int axis;  ///< axis of the face entered
 };
 
 /// The part of a ray within a box; enter > leave if it misses.
@@ -133,9 +132,9 @@ struct Painter {
     Camera camera;
     Box3 box;
     double size;   ///< diagonal of the box
-    double pixel;  ///< half a pixel's width at distance one
+    double pixel;  ///< half a pixel's width at distance 1
 
-    /// Ambient occlusion: cosine-weighted share of the sky that a point sees, with obstacles up to half the box away.
+    /// Ambient occlusion: cosine-weighted share of sky at a point; obstacles count within half the diagonal.
     double openness(const Vec3& point, const Vec3& normal, std::uint32_t key) const {
         const Vec3 side =
             (std::abs(normal.x()) < 0.7 ? Vec3::UnitX() : Vec3::UnitY()).cross(normal).normalized();
@@ -147,7 +146,7 @@ struct Painter {
             const double angle = 2.0 * std::numbers::pi * (i * (std::numbers::phi - 1.0) + turn);
             const Vec3 direction = std::sqrt(u) * (std::cos(angle) * side + std::sin(angle) * other) +
                                    std::sqrt(1.0 - u) * normal;
-            // Nothing shades beyond the drawn box, so light enters through the cut, too.
+            // Only obstacles in the drawn box cast shade, so that light enters through the cut, too.
             const double reach = std::min(clip(box, point, direction).leave, 0.5 * size);
             open += !scene.rays().occluded(point, direction, 0.0, reach);
         }
@@ -180,15 +179,15 @@ struct Painter {
         return std::clamp(1.6 - nearest / (pixel * distance), 0.0, 1.0);
     }
 
-    /// Mutes a section beside the colours of a scalar.
+    /// Colour of a section, muted where the surface is coloured by a scalar.
     Colour section_colour(const Colour& colour) const {
         if (!scene.colouring().scalar) return colour;
         return 0.45 * colour + 0.55 * colour_from_hex("#c8ccd2");
     }
 
-    /// Colour of what a ray meets within \p reach of its start.
+    /// Colour of the first hit within \p reach of a ray's start, else the background.
     Colour behind(const Vec3& start, const Vec3& direction, double reach, double y, std::uint32_t key) const {
-        // Rays start at the box, for Embree's single precision.
+        // Rays start at the drawn box, not at the far camera, for accuracy in Embree's single precision.
         const auto hit = scene.rays().closest_hit(start, direction, 0.0, reach);
         if (!hit) return background(y);
         Vec3 face = area_vector(scene.surface(), hit.triangle).normalized(),
@@ -201,7 +200,7 @@ struct Painter {
         Colour colour = scene.surface_colour(hit);
         if (options.edges) colour *= 1.0 - 0.7 * edge_cover(hit, (hit.point - camera.position).norm());
         const double open = openness(hit.point + 2e-4 * size * face, normal, key);
-        // Deep shade would hide the colours of a scalar.
+        // Deep shade would hide the colours of a scalar: halve the occlusion.
         return lit(colour, normal, scene.colouring().scalar ? 0.5 + 0.5 * open : open);
     }
 
@@ -212,7 +211,7 @@ struct Painter {
         const Vec3 entry = camera.position + span.enter * direction;
         const double reach = span.leave - span.enter;
         if (!scene.solid()) return behind(entry, direction, reach, y, key);
-        // A little inside, so that a surface along the face lies clearly on one side.
+        // Sample a little inside: a surface that coincides with the box's face then lies clearly on one side.
         const SectionSample section =
             sections.at(entry + 1e-5 * size * direction, span.axis, pixel * span.enter);
         if (section.solid == 0.0) return behind(entry, direction, reach, y, key);
@@ -230,9 +229,9 @@ struct Painter {
 bool is_strip(const TriangleMesh& surface) {
     if (surface.vertices.empty()) return false;
     const Box3 box = bounding_box(surface);
-    constexpr double kNarrow = 0.26;  // a grid has four cells along x at least
+    constexpr double kNarrow = 0.26;  // share of the x extent, which has at least four cells
     if (!(box.size().y() > 0.0 && box.size().y() < kNarrow * box.size().x())) return false;
-    // Contact lines of materials put a few vertices within the cell; of two cells, a third of them.
+    // Only contact lines of materials put vertices inside one cell; of two cells, a third of all lies inside.
     const auto inside = std::count_if(surface.vertices.begin(), surface.vertices.end(), [&](const Vec3& p) {
         return p.y() != box.min.y() && p.y() != box.max.y();
     });

@@ -13,50 +13,50 @@ namespace sidewall::app {
 
 /// How to draw a picture.
 struct RenderOptions {
-    std::string color;  ///< attribute to colour by, or "height"; empty: material if there, else plain
+    std::string color;  ///< attribute to colour by, or "height"; empty: material if present, else plain
     double azimuth_deg =
         25.0;  ///< 0 looks along +y; grows as the viewer walks counter-clockwise seen from above
     double elevation_deg = 30.0;        ///< above the horizon
-    std::optional<surface::Plane> cut;  ///< axis-aligned; the half towards the viewer is taken away
+    std::optional<surface::Plane> cut;  ///< axis-aligned plane; the half towards the viewer is removed
     std::optional<std::array<double, 2>>
-        range;  ///< of the colour bar; absent: the values', outliers of 0.5 % apart
+        range;  ///< range of the colour bar; absent: that of the values but 0.5 % at either end
     int width = 1200;
     int height = 900;
     bool edges = false;  ///< draw the triangles' edges
 };
 
-/// Whether a surface is one cell wide across y, as a profile in x and z is: nearly all vertices lie on its two sides.
+/// Whether a surface is one cell wide along y, as a profile is: nearly all vertices lie on its two sides.
 bool is_strip(const TriangleMesh& surface);
 
-/// The scale that comparable pictures share: the part of space, the range of colours, the key.
+/// What comparable pictures share: the part of space, the range of colours, the key.
 struct PictureScale {
-    Colouring colouring;      ///< without values
-    Box3 box;                 ///< of surfaces and interfaces
-    std::set<int> materials;  ///< ids that they show
-    Materials table;          ///< of names and colours
+    Colouring colouring;      ///< without the values per vertex or triangle
+    Box3 box;                 ///< bounds of the surfaces, down to the lowest interface
+    std::set<int> materials;  ///< ids on surfaces and interfaces
+    Materials table;          ///< names and colours by id
 
-    /// Extends the box and the materials to another result.
+    /// Extends the box and the materials by those of another result.
     void extend(const Result& result);
 };
 
 /// The scale of a single picture.
-/// \throws RecipeError if there is no attribute of that name (the message lists those there are).
+/// \throws RecipeError if there is no attribute of that name (the message lists the ones there are).
 PictureScale scale_of(const Result& result, const RenderOptions& options);
 
-/// Draws a surface by ray casting: shaded with ambient occlusion, four samples a pixel. The key has a column of
-/// its own at the right.
+/// Draws a surface by ray casting: shaded with ambient occlusion, four samples a pixel, the key in a column
+/// at the right. Deterministic, parallel over tiles.
 ///
-/// A surface whose boundary lies on a rectangle is drawn as the solid below it, down to a little under its
-/// lowest point, a closed one as the solid inside; sides and the cut show the material there, layer by layer
-/// if there are interfaces. Others are drawn as sheets. A surface without the scale's attribute is grey.
-/// Deterministic, parallel over tiles.
+/// An open surface whose boundary lies on a rectangle is drawn as the solid below it, down to a little under
+/// its lowest point, and a closed one as the solid inside. Sides and cut of a solid show its materials, layer
+/// by layer if there are interfaces. Other surfaces are drawn as sheets. A surface without the attribute of
+/// the scale is grey.
 ///
-/// \param options  those that the scale was made with.
+/// \param options  the ones that the scale was made with.
 /// \throws RecipeError if the cut is not axis-aligned or leaves nothing.
 Picture render(const Result& result, const RenderOptions& options, const PictureScale& scale);
 
 /// Draws a surface on its own scale.
-/// \throws RecipeError as the scale and the drawing.
+/// \throws RecipeError as scale_of() and the other render().
 Picture render(const Result& result, const RenderOptions& options);
 
 /// The key of pictures on that scale.

@@ -13,13 +13,13 @@
 namespace sidewall::app {
 namespace {
 
-constexpr double kThinnest = 0.02;  // of a cell
+constexpr double kThinnest = 0.02;  // in cells: thinner layers count as none
 
 Colour material_colour(int id, const Materials& materials) {
     return colour_from_hex(material_of(id, materials).colour);
 }
 
-/// Values of an attribute; vectors by their length.
+/// Values of an attribute; lengths of its vectors if it has several components.
 std::vector<double> magnitudes(const Attribute& attribute) {
     const auto n = static_cast<std::size_t>(attribute.components);
     if (n == 1) return attribute.values;
@@ -41,7 +41,7 @@ std::string unit_of(const std::string& name, const surface::MeshMetadata& metada
     return "";
 }
 
-/// Normals at corners: the sum over triangles around the vertex whose normals are within 40 degrees of the own one's.
+/// Normals at triangle corners: area-weighted over triangles around the vertex within 40 degrees of this one.
 std::vector<std::array<Eigen::Vector3f, 3>> crease_normals(const TriangleMesh& mesh) {
     const surface::Rows around = surface::vertex_corners(mesh);
     const double crease = std::cos(40.0 * std::numbers::pi / 180.0);
@@ -58,7 +58,7 @@ std::vector<std::array<Eigen::Vector3f, 3>> crease_normals(const TriangleMesh& m
     return normals;
 }
 
-/// Material between the surface and the interface below it: the most frequent on the surface where the two differ.
+/// Material between surface and interface below: the most frequent on the surface where the two differ.
 std::optional<int> uppermost(const TriangleMesh& surface, const std::vector<int>& material,
                              const surface::RayScene* below, double thin) {
     std::vector<std::uint8_t> apart(material.size(), 1);
@@ -81,17 +81,17 @@ double thin_layer(const Result& result) {
     return thin;
 }
 
-// Half an outline's width, in widths of a sample.
+// Half an outline's width, in diameters of a sample's disc.
 constexpr double kOutline = 1.7;
 
-// Share of a film that an outline may cover: its two leave at least half of it.
+// Largest share of a film's thickness under half an outline: its two outlines leave at least half of it.
 constexpr double kOfFilm = 0.25;
 
-/// A layer's boundary as the section shows it: straight within a disc.
+/// A layer's boundary within a disc of the section, taken as straight.
 struct Front {
     double distance = 0.0;  ///< negative inside
-    double slope = 1.0;     ///< change of the distance along the section
-    double outline = 0.0;   ///< half the width its line may have
+    double slope = 1.0;     ///< change of the distance per length in the section
+    double outline = 0.0;   ///< half of its outline's largest width
     Colour colour = Colour::Zero();
 
     /// Share of a disc that lies inside.
@@ -106,7 +106,7 @@ struct Front {
 };
 
 Front front_of(const surface::DistanceSample& sample, int axis, double outline, const Colour& colour) {
-    // A front parallel to the section has the slope 0, by which at() would divide.
+    // Least slope: at() divides by it, and a front parallel to the section has the slope 0.
     constexpr double kLeastSlope = 1e-3;
     const double slope = std::sqrt(std::max(0.0, 1.0 - sample.rise[axis] * sample.rise[axis]));
     return {sample.distance, std::max(slope, kLeastSlope), outline, colour};
@@ -262,8 +262,8 @@ Colour RenderScene::layer_colour(std::size_t layer, const surface::SurfaceHit& n
 
 SectionReader::SectionReader(const RenderScene& scene) : scene_(scene), last_(scene.layers().size()) {}
 
-// Signed distance to a layer, exact where it is at most `exact`. A signed distance changes by no more than
-// the way moved: far from a front, the last one found bounds it and gives its sign.
+// Signed distance to a layer, exact where it is at most `exact`. It changes by no more than the distance
+// moved: far from a front, the cached value bounds it and gives its sign.
 surface::DistanceSample SectionReader::distance(std::size_t layer, const Vec3& point, double exact) {
     const RenderLayer& of = scene_.layers()[layer];
     std::optional<Last>& last = last_[layer];
@@ -281,7 +281,7 @@ surface::DistanceSample SectionReader::distance(std::size_t layer, const Vec3& p
     surface::DistanceSample found = last->found;
     const double before = std::abs(found.distance);
     if (before > exact || scene_.thin() == 0.0) return found;
-    // A sheet or a gap thinner than thin() counts as none: beyond it the distance has the same sign.
+    // A sheet or a gap thinner than thin() counts as none: behind it the distance has the same sign as here.
     const Vec3 beyond = point - (found.distance + std::copysign(scene_.thin(), found.distance)) * found.rise;
     const double there = of.distance.at(beyond, 1.000001 * (2.0 * before + scene_.thin())).distance;
     if ((there > 0.0) == (found.distance > 0.0)) found.distance = std::copysign(2.0 * exact, found.distance);
@@ -290,7 +290,7 @@ surface::DistanceSample SectionReader::distance(std::size_t layer, const Vec3& p
 
 SectionSample SectionReader::at(const Vec3& point, int axis, double width) {
     const double outline = kOutline * width;
-    // Distances up to here are needed: for a share, a line, or the thickness of a film.
+    // Up to here, distances must be exact for shares, outlines and film thicknesses.
     const double exact = 0.5 * width + outline + outline / kOfFilm + scene_.thin();
     const std::size_t top = scene_.layers().size() - 1;
     const surface::DistanceSample surface = distance(top, point, exact);

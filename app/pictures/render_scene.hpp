@@ -10,57 +10,58 @@
 #include "app/results/result.hpp"
 #include "surface/distance.hpp"
 
-// The scene that render() draws: meshes with their colours and normals.
+// The scene that render() draws: meshes with their colours and normals, and sections through them.
 namespace sidewall::app {
 
 /// A layer: the boundary between its material and what lies above.
 struct RenderLayer {
     const TriangleMesh* mesh;
     surface::SignedDistance distance;
-    std::vector<int> material;  ///< of each triangle, -1 if it says none
+    std::vector<int> material;  ///< id per triangle, -1 where unknown
     std::optional<int> body;    ///< the layer's material; none where it varies over the boundary
 };
 
 /// How the surface is coloured: by a scalar, or by material.
 struct Colouring {
     bool scalar = false;
-    std::string attribute;       ///< by whose values, or "height"
+    std::string attribute;       ///< name of the attribute, or "height"
     std::vector<double> values;  ///< per vertex or per triangle
     bool per_vertex = false;
     double low = 0.0, high = 1.0;
-    std::string title;  ///< with its unit
+    std::string title;  ///< attribute with its unit
 };
 
-/// The colours of an attribute; nothing if the surface has none of that name.
+/// Colouring by an attribute over \p range, or over the usual_range() of its values; nothing if the surface
+/// has none of that name.
 std::optional<Colouring> find_colouring(const Result& result, const std::string& name,
                                         const std::optional<std::array<double, 2>>& range);
 
-/// The colours of an attribute.
+/// find_colouring() for an attribute that must exist.
 /// \throws RecipeError if the surface has none of that name.
 Colouring choose_colouring(const Result& result, const std::string& name,
                            const std::optional<std::array<double, 2>>& range);
 
-/// The material of an id; one called "material 7" if the table ends before it.
+/// The material of an id; a placeholder called "material 7" if the table ends before it.
 Material material_of(int id, const Materials& materials);
 
-/// Material of each triangle, -1 where the mesh says none.
+/// Material id of each triangle, -1 where the mesh has none.
 std::vector<int> triangle_materials(const TriangleMesh& mesh);
 
-/// Ends of a colour bar: the lowest and highest finite value but for half a percent at either end, and 0 where the
-/// lowest is near it.
+/// Ends of a colour bar: the 0.5 % and 99.5 % quantiles of the finite values. A positive lower end of less
+/// than a tenth of the upper one becomes 0.
 std::array<double, 2> usual_range(std::vector<double> values);
 
-/// Grid spacing that a mesh was extracted on: marching cubes makes about two triangles a cell.
+/// Estimated grid spacing of a mesh: marching cubes makes about two triangles per cell.
 double cell_size(const TriangleMesh& mesh);
 
-/// Material between the surface and the uppermost interface: nothing where they coincide everywhere, or where the
-/// surface shows several materials without an interface.
+/// Material between the surface and the uppermost interface; nothing where they coincide everywhere, or where
+/// the surface shows several materials without an interface.
 std::optional<int> uppermost_material(const Result& result);
 
 /// Material ids on a surface and its interfaces.
 std::set<int> materials_on(const Result& result);
 
-/// Names and colours of materials by id; those without an id are left out.
+/// Legend entries of material ids, without the id -1 (unknown).
 std::vector<LegendEntry> legend(const std::set<int>& ids, const Materials& materials);
 
 /// The layers of a result, ready for ray casting.
@@ -76,8 +77,8 @@ class RenderScene {
     const Colouring& colouring() const { return colouring_; }
     bool solid() const { return solid_; }
 
-    /// Thickness below which a layer counts as none, as in the run (levelset/layers/stack.hpp, kExposed); 0 where
-    /// there is only the surface.
+    /// Thickness below which a layer counts as none, as in the run (levelset/layers/stack.hpp, kExposed); 0
+    /// if there is only the surface. World units.
     double thin() const { return thin_; }
 
     /// Colour of the surface at a hit.
@@ -86,7 +87,7 @@ class RenderScene {
     /// Normal at a hit, interpolated across smooth edges and kept sharp across creases.
     Vec3 surface_normal(const surface::SurfaceHit& hit) const;
 
-    /// Colour of a layer's material, at \p nearest where it varies.
+    /// Colour of a layer's material; where it varies, of that at \p nearest.
     Colour layer_colour(std::size_t layer, const surface::SurfaceHit& nearest) const;
 
   private:
@@ -95,30 +96,29 @@ class RenderScene {
     Materials materials_;
     bool solid_ = false;
     double thin_ = 0.0;
-    std::vector<std::array<Eigen::Vector3f, 3>> normals_;  ///< per corner of the surface
+    std::vector<std::array<Eigen::Vector3f, 3>> normals_;  ///< per corner of each triangle
 };
 
-// Sections: materials in a plane that cuts the layers.
-/// Materials on a small disc of a section.
+/// Mean over a small disc of a section, a plane that cuts the layers.
 struct SectionSample {
-    Colour colour = Colour::Zero();  ///< mean of the materials there, each by its share
+    Colour colour = Colour::Zero();  ///< mean colour of the materials, weighted by share
     double solid = 0.0;              ///< share of the disc that lies in a material
-    double line = 0.0;               ///< share of the disc under the outlines between materials
-    Vec3 way_out = Vec3::Zero();     ///< from its middle to just outside; zero if that is in the open
+    double line = 0.0;               ///< share of the disc under outlines between materials
+    Vec3 way_out = Vec3::Zero();  ///< from the disc's centre to just outside the solid; 0 if that is outside
 };
 
-/// Finds the materials of a section from the layers' signed distances. Each layer wraps those below it, so the
-/// difference of neighbours' distances is a film's thickness, and shares of a disc follow however thin the film is.
-/// Layers thinner than RenderScene::thin() count as none. Remembers the last distances: use one object a thread, for
-/// points near each other.
+/// Finds the materials in a section from signed distances to the layers. Each layer wraps those below it. The
+/// difference of two neighbours' distances is therefore a film's thickness, and a film's share of a disc is
+/// found however thin the film is. Layers thinner than RenderScene::thin() count as none. The last distances
+/// are cached: use one object per thread, for points close to each other.
 class SectionReader {
   public:
     /// \pre the scene is solid and outlives it.
     explicit SectionReader(const RenderScene& scene);
 
     /// \param point  world units, in the section.
-    /// \param axis   the section's normal.
-    /// \param width  of the disc, above 0.
+    /// \param axis   axis of the section's normal.
+    /// \param width  diameter of the disc, above 0.
     SectionSample at(const Vec3& point, int axis, double width);
 
   private:

@@ -22,17 +22,17 @@
 namespace sidewall::app {
 namespace {
 
-constexpr double kFloorRise = 0.7071;  // least cosine of a floor's normal with the vertical: 45 degrees
-constexpr double kMaskSpeed = 0.5;     // a mask goes at less than this share of the fastest material's speed
+constexpr double kFloorRise = 0.7071;  // least cosine between a floor's normal and the vertical: 45 degrees
+constexpr double kMaskSpeed = 0.5;     // most speed of a mask, as a share of the fastest material's
 
 bool lies_flat(const TriangleMesh& mesh, std::size_t t) {
     const Vec3 area = area_vector(mesh, t);
     return area.z() > kFloorRise * area.norm();
 }
 
-// By vertex, whether a wall rises from it.
+// By vertex: whether it is the foot of a wall, from which a triangle steeper than 45 degrees rises.
 std::vector<std::uint8_t> feet_of_walls(const TriangleMesh& mesh, double spacing) {
-    constexpr double kRises = 0.05;  // cells
+    constexpr double kRises = 0.05;  // in cells; least height of that triangle above the vertex
     std::vector<std::uint8_t> feet(mesh.vertices.size(), 0);
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         if (lies_flat(mesh, t)) continue;
@@ -45,13 +45,13 @@ std::vector<std::uint8_t> feet_of_walls(const TriangleMesh& mesh, double spacing
     return feet;
 }
 
-// Area of a triangle in the top view; 0 of what faces down or an overhang hides.
+// Area of a triangle in the top view; 0 if it faces down or an overhang hides it.
 double area_from_above(const TriangleMesh& mesh, std::size_t t, const ColumnSight& sight) {
     const double area = area_vector(mesh, t).z();
     return area > 0.0 && sight.open_above(triangle_centroid(mesh, t)) ? area : 0.0;
 }
 
-// What lies at a place of the surface: the material that is bare, and the thickness that covers another one.
+// What is found at a surface point: the bare material, and the thickness that covers the material asked for.
 struct Place {
     int bare = -1;
     double cover = kInfinity;
@@ -78,7 +78,7 @@ class Covers {
                 place.cover = std::min(place.cover, here <= touching ? 0.0 : here - 0.5 * touching);
             if (here > touching) continue;
             place.bare = stack_.layers[k].material;
-            break;  // the layers above end here
+            break;  // layer k is exposed, so those above have ended
         }
         return place;
     }
@@ -86,11 +86,11 @@ class Covers {
   private:
     const levelset::MaterialStack& stack_;
     int material_;
-    std::vector<levelset::LayerDepths> depths_;  // by level
+    std::vector<levelset::LayerDepths> depths_;  // by grid level
     std::vector<float> depth_;
 };
 
-// Whether a material lies below a place. It does everywhere if it is the substrate's.
+// Tells whether a material lies anywhere below a point. The substrate's material does everywhere.
 class Columns {
   public:
     Columns(const levelset::MaterialStack& stack, int material) : spacing_(stack.domain.spacing) {
@@ -126,10 +126,10 @@ class Columns {
     std::vector<std::pair<std::optional<surface::RayScene>, std::optional<surface::RayScene>>> layers_;
 };
 
-// A material as it is seen from above on floors.
+// What the top view shows of a material on surfaces that rise by less than 45 degrees.
 struct Seen {
-    double speed = 0.0;     // at which it goes where it goes fastest
-    std::size_t layer = 0;  // the highest that shows it
+    double speed = 0.0;     // its largest etch rate there
+    std::size_t layer = 0;  // its highest layer that is bare
     bool there = false;
 };
 
@@ -158,8 +158,8 @@ BareFloor bare_floor(const levelset::MaterialStack& stack, const TriangleMesh& s
     Covers covers(stack, material);
     const Columns columns(stack, material);
     const ColumnSight sight(surface, stack.domain.spacing);
-    // Thickness that covers the material, area. What is covered by less than a cut corner in the cell of a
-    // wall's foot is that corner: it counts where there is no other floor.
+    // Pairs of the thickness that covers the material, and an area. At a wall's foot, the extracted surface
+    // cuts the corner off: a cover thinner than kCutOff counts only where there is no other floor.
     constexpr double kCutOff = 0.6;  // in cells
     std::vector<std::pair<double, double>> floor, beside_walls;
     double bare = 0.0;

@@ -24,12 +24,12 @@ bool overlap(const std::vector<Box3>& some, const std::vector<Box3>& others) {
     });
 }
 
-// A material counts as gone when no more than this share is left of the most there was: in corners that an
-// etch front rounds off by a part of a cell, traces stay for ever (0.25 dx^2 along each corner of a trench
-// whose film is stripped: events_test.cpp, "a material that vanishes").
+// A material counts as gone when less than this share of its largest volume is left. Traces stay for ever in
+// corners that an etch front rounds off by a part of a cell (0.25 dx^2 along each corner of a trench whose
+// film is stripped: events_test.cpp, "a material that vanishes").
 constexpr double kVanishedShare = 0.01;
 
-// The names of the materials bare on the pieces, those of most area first, without traces in the corners.
+// Names of the materials bare on the pieces, by decreasing area; traces in corners are left out.
 std::string bare_materials(const Recipe& recipe, const levelset::MaterialStack& stack,
                            const TriangleMesh& surface, const std::vector<const SurfacePiece*>& pieces) {
     constexpr double kLeastShare = 0.05;
@@ -57,7 +57,7 @@ std::string bare_materials(const Recipe& recipe, const levelset::MaterialStack& 
     return names;
 }
 
-// The surface at one time, and what may have happened to it.
+// Compares the surface at one time with the run's history and adds the events found.
 struct Survey {
     const Recipe& recipe;
     const TriangleMesh& surface;
@@ -70,14 +70,14 @@ struct Survey {
             Event{kind, state.process_time(), step, {}, 1, 0.0, Vec3::Zero()});
     }
 
-    // A vertex, with what rounding has left of a zero taken away.
+    // The point, with coordinates that only rounding keeps from zero set to 0.
     Vec3 place(Vec3 p) const {
         for (double& x : p)
             if (std::abs(x) < 1e-6 * state.stack.domain.spacing) x = 0.0;
         return p;
     }
 
-    // Notes pieces that overlap none of those known.
+    // Adds an event for pieces that overlap no known ones; the present pieces become the known ones.
     void pieces_of(const char* kind, bool (SurfacePiece::*is)() const, std::vector<Box3>& known) {
         const double cell = std::pow(state.stack.domain.spacing, 3);
         std::vector<Box3> now;
@@ -103,7 +103,7 @@ struct Survey {
     void ends() {
         History& history = state.history;
         const double room = kMostCells * recipe.domain.grid_spacing;
-        bool open_below = true;  // nothing lies across the whole domain
+        bool open_below = true;  // until a piece covers the whole domain, seen from above
         Vec3 lowest = surface.vertices[pieces.front().top], highest = lowest;
         for (const SurfacePiece& piece : pieces) {
             open_below = open_below && piece.cover <= 0;
@@ -163,7 +163,7 @@ void begin_events(const Recipe& recipe, RunState& state) {
 
 std::string event_line(const Recipe& recipe, const std::vector<Step>& steps, const Event& event) {
     const std::string& length = recipe.domain.length_unit;
-    // What lies across the whole domain encloses nothing.
+    // A piece that lies across the whole domain encloses no volume.
     const bool several = event.count > 1;
     const std::string size =
         event.volume > 0.0

@@ -9,21 +9,20 @@
 
 namespace sidewall::app {
 
-/// Notes what hangs, is shut in or missing from the start, which is no event.
+/// Records what is detached, shut in or absent at the start, so that it is not reported later.
 void begin_events(const Recipe& recipe, RunState& state);
 
-/// Notes in the state's history what has happened since the last call:
+/// Adds to the state's history what has happened since the last call:
+/// - a material has vanished: less than 1 % is left of its largest volume at the start or after a step;
+/// - a piece of material has lost its support, e.g. a mask undercut from both sides. It stays in place.
+///   Pieces and voids of less than a cell's volume do not count;
+/// - a void has closed;
+/// - the surface has reached the bottom of the substrate: its underside if read from a mesh, else 20,000
+///   grid spacings below z = 0, the depth to which recipes can describe a wafer; or has come as far up.
 ///
-/// - a material of which no more than a hundredth is left of the most that a step began with or made;
-/// - a piece of material that nothing below holds any more, as a mask undercut from both sides. It stays where it
-///   is. Pieces of less than a cell's volume do not count, here and among voids;
-/// - a void that has closed;
-/// - a surface that has come to the bottom of the substrate: the underside of one read from a mesh, else
-///   20,000 grid spacings below z = 0, beyond which a recipe cannot describe a wafer; or as far up.
-///
-/// \param surface  as extracted from the state's stack.
-/// \param pieces   its own.
-/// \param step     of the recipe, that made it what it is.
+/// \param surface  extracted from the state's stack.
+/// \param pieces   of \p surface.
+/// \param step     index of the recipe's step that made this surface.
 /// \returns how many events were added.
 /// \note O(n).
 std::size_t note_events(const Recipe& recipe, const TriangleMesh& surface,

@@ -13,19 +13,19 @@
 namespace sidewall::app {
 namespace {
 
-// The standard error of what moves at the worst place over the mean relative error of fluxes at vertices: it
-// is more where little arrives, and less as a front averages over its neighbourhood, which is a line's in a
-// profile. Between seeds, depths and films of quick recipes scattered by up to this, but thin films in
-// profiles by up to 1.5 times, films that close an opening there by 2.4 times, and widths at a depth by up to
-// three times as much.
+// Ratio of the standard error of the moved distance at the worst place to the mean relative error of fluxes
+// at vertices. It rises where little arrives, and falls as a front averages over its neighbourhood (in a
+// profile only over a line). Between seeds of quick recipes, depths and films scattered by up to this ratio;
+// in profiles, thin films by up to 1.5 times as much, films closing an opening 2.4 times, widths at a
+// depth 3 times.
 double at_worst_place(const Recipe& recipe) {
     return is_plane_profile(recipe.domain) ? 2.0 : 1.3;
 }
-// Models are not linear: noise above this would shift what they yield. At 0.08 the polymer of a Bosch hole
-// opened where noise had thinned it.
+// Largest noise allowed. Models are not linear, so more noise would bias their results: at 0.08 the polymer
+// of a Bosch hole opened where noise had thinned it.
 constexpr double kLargest = 0.05;
 
-// Length that an open wafer moves in the step at most.
+// Largest distance that an open wafer moves in the step.
 double way_of(const Recipe& recipe, const Step& step) {
     double way = fastest_blanket(recipe, step) * step.duration;
     if (step.stop_depth) way = std::min(way, *step.stop_depth);

@@ -9,34 +9,35 @@
 #include "app/process/state.hpp"
 #include "app/recipe/recipe.hpp"
 
-// Statistical noise of fluxes, and what it leaves in what a step moves. The errors of time steps are
-// independent, so that their mean over N equal ones is off by a root of N less than each.
+// Statistical noise of fluxes, and the noise it causes in the distance that a step moves the surface. Errors
+// of time steps are independent, so the mean over N equal ones has an error smaller by the root of N.
 namespace sidewall::app {
 
-/// The relative error that fluxes may have in each time step of \p step for [flux] accuracy; none where rays or an
-/// error are given. The number of time steps is that of an open, flat wafer.
-/// \param times  how often the step is made.
+/// The relative error that fluxes may have in each time step of \p step, to meet [flux] accuracy; none where
+/// rays or a relative error are given. The number of time steps is that of an open, flat wafer.
+/// \param times  how often the step is repeated.
 std::optional<double> noise_of_time_step(const Recipe& recipe, const Step& step, double times);
 
-/// Likewise by step of a run, loops unrolled: those of one loop share what is moved, and a step that takes no time has that
-/// of the last one before it which does. \note Blanket rates are found once for all passes of a loop.
+/// noise_of_time_step for every step of a run, loops unrolled. Repetitions of a step in loops count together.
+/// A step that takes no time gets the value of the step before.
+/// \note Finds a step's blanket rates once.
 std::vector<std::optional<double>> noise_of_time_steps(const Recipe& recipe, const std::vector<Step>& steps);
 
-/// The relative error that fluxes may have in the time step at hand: what the step's time steps so far have left of the error allowed,
-/// shared by as many like the last one as lead to its end. The first time step is taken to be like those of the same step in the
-/// loop's pass before. Where there is none, and in steps that end by a stop condition, it is the error \p foreseen by
-/// noise_of_time_steps.
-/// \param steps  of the run, loops unrolled.
-/// \note From the state alone: a run that goes on from a checkpoint traces as if it had not been interrupted.
+/// The relative error that fluxes may have in the time step at hand. The error that the step's time steps so far have left is
+/// shared by as many equal ones as lead to the step's end at the last one's dt. The first time step takes the dt of the same step's
+/// last repetition. Without one, and in steps that end by a stop condition, the error is that \p foreseen.
+/// \param steps     of the run, loops unrolled.
+/// \param foreseen  from noise_of_time_steps.
+/// \note Depends on the state alone, so that a resumed run gives the same bits.
 std::optional<double> noise_allowed(const Recipe& recipe, const std::vector<Step>& steps,
                                     const std::vector<std::optional<double>>& foreseen,
                                     const RunState& state);
 
-/// Adds the noise of a time step of \p dt to that of its step.
+/// Adds the noise of a traced time step of \p dt to its step's sums.
 void add_noise(const TraceReport& trace, double dt, StepNoise& noise);
 
-/// The standard error that noise leaves in what \p steps have moved, as a share, where it is largest of those that loops
-/// repeat or not; none if nothing was traced.
+/// The relative standard error that noise causes in the distance moved by a step and its repetitions, at the
+/// worst place: the largest of all \p steps; none if nothing was traced.
 std::optional<double> noise_reached(const Recipe& recipe, const std::vector<Step>& steps,
                                     const std::vector<StepEnd>& ends);
 

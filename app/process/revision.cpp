@@ -15,7 +15,7 @@
 namespace sidewall::app {
 namespace {
 
-// The fluxes' method is chosen at the start of a step.
+// Whether a revision may change this key. It may not change flux.method, which is chosen as a step begins.
 bool may_change(const std::string& difference) {
     const auto of = [&](const char* section) { return difference.starts_with(section); };
     return (of("flux.") && !of("flux.method")) || of("simplify.") || of("advection.");
@@ -29,8 +29,8 @@ Step as_long_as(Step step, const Step& other) {
     return step;
 }
 
-// The step with what a revision may take from \p other: besides, the material to stop at and the model's
-// values.
+// The step with all that a revision may take from \p other: as_long_as, the material to stop at and the
+// model's values, but not the film that it deposits.
 Step revised_as(Step step, const Step& other) {
     step = as_long_as(std::move(step), other);
     step.stop_material = other.stop_material;
@@ -54,7 +54,7 @@ bool comes_earlier(const std::optional<double>& now, const std::optional<double>
     return now && (!there || *now < *there);
 }
 
-// Whether the step's condition is met before the other's, or cannot be compared with it.
+// Whether the stop condition of \p now is met before that of \p there, or cannot be compared with it.
 bool stops_earlier(const Recipe& recipe, const Step& now, const Step& there) {
     const std::string &text = now.stop, &before = there.stop;
     if (text == before || text.empty()) return false;
@@ -64,7 +64,7 @@ bool stops_earlier(const Recipe& recipe, const Step& now, const Step& there) {
     return rule.above ? rule.value < other.value : rule.value > other.value;
 }
 
-// \p done is the time that the step has taken, to \p rounding.
+// Refuses a step that ends before \p there does. \p done: time that it has taken, to within \p rounding.
 void refuse_shorter(const std::string& where, const Recipe& recipe, const Step& now, const Step& there,
                     double done, double rounding) {
     std::vector<std::string> shorter;
@@ -79,7 +79,7 @@ void refuse_shorter(const std::string& where, const Recipe& recipe, const Step& 
     refuse_differences(where, shorter);
 }
 
-// Throws the error at hand again, if it is one of Kinds, with a line more.
+// Rethrows the current exception with a line appended, if it is one of Kinds.
 template <class... Kinds>
 void throw_one_of_with(const std::string& line) {
     const auto attempt = [&](auto* kind) {
@@ -147,7 +147,7 @@ void extend(RunState& state, const Recipe& recipe, const Recipe& began_with) {
     if (!finished || !longer) return;
     state.end_row.clear();
     state.step = last;
-    // A step's start is known to its rounding; it is not later than the time.
+    // The start is known up to rounding only, and must not be later than the time.
     state.step_start =
         state.time_steps[last] == 0 ? state.time : std::min(state.time, state.starts[last] - state.epoch);
     state.starts.resize(last + 1);

@@ -15,7 +15,7 @@ Model model_with_law(const Recipe& recipe, const CallerLaw& law, const Step& ste
     model.speeds = [law, step, plain](std::span<const SurfacePoint> points) {
         return law(step, plain, points);
     };
-    model.hints.inert.clear();  // the hints are of the model's own speed
+    model.hints.inert.clear();  // these hints hold for the model's own speed only
     model.hints.beam_speed = nullptr;
     return model;
 }

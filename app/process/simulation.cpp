@@ -34,24 +34,24 @@
 namespace sidewall::app {
 namespace {
 
-// Process time behind the state, for progress: a step that a condition stopped counts as whole.
+// Process time completed so far, for progress: a step that a stop condition ended counts as whole.
 double time_done(const std::vector<Step>& steps, const RunState& state) {
     double sum = state.time - state.step_start;
     for (std::size_t k = 0; k < std::min(state.step, steps.size()); ++k) sum += steps[k].duration;
     return sum;
 }
 
-// What stays the same all through a run, its folder and its progress bar.
+// What is constant during a run, and its folder and progress bar.
 struct Run {
     const Recipe& recipe;
     const std::vector<Step>& steps;  // loops unrolled
     const RunOptions& options;
     RunFolder& folder;
     ProgressBar& progress;
-    tbb::tick_count start;      // of this part of the run,
-    double seconds_before = 0;  // and what the parts before it took
+    tbb::tick_count start;      // when this part of the run began
+    double seconds_before = 0;  // wall time of earlier parts, before a resume
     std::set<std::string>& reported_methods;
-    const std::vector<std::optional<double>>& noise;  // of time steps, by step
+    const std::vector<std::optional<double>>& noise;  // by step: flux error allowed in a time step
 
     void update(const RunState& state, std::string_view note) const {
         progress.update(time_done(steps, state), note);
@@ -64,7 +64,7 @@ struct Run {
     }
 };
 
-// Reports what a step has done to the wafer.
+// Records and prints the events that a step has caused.
 void report_events(const Run& run, const TriangleMesh& surface,
                    const std::vector<levelset::SurfacePiece>& pieces, std::size_t step, RunState& state) {
     const PhaseClock clock(state.timing.output);
@@ -74,14 +74,13 @@ void report_events(const Run& run, const TriangleMesh& surface,
         run.progress.line(event_line(run.recipe, run.steps, events[k]));
 }
 
-// The surface at the start of a step is the work of the one before.
+// Attributes the events at the start of a step to the step before, which made this surface.
 void report_events(const Run& run, const TracedSurface& surface, RunState& state) {
     const std::size_t step = state.begins_step() && state.step > 0 ? state.step - 1 : state.step;
     report_events(run, surface.raw, surface.pieces, step, state);
 }
 
-// Measures the wafer at the step's end, accounts for what the step has added and removed, and forgets layers
-// of which it left nothing.
+// Measures the wafer at the step's end, accounts for volumes added and removed, and drops layers etched away.
 void close_step(const Run& run, const Step& step, const TriangleMesh& surface, RunState& state) {
     const PhaseClock clock(state.timing.output);
     StepEnd end = end_of(run.recipe, step, state, surface);
@@ -91,19 +90,19 @@ void close_step(const Run& run, const Step& step, const TriangleMesh& surface, R
     const GeometricStep* geometric = geometric_step(step.parameters);
     const std::optional<int> grown =
         geometric ? material_id(run.recipe.materials, geometric->material) : step.built->deposit;
-    // A caller's own law may let any material grow.
+    // A caller's own speed law may grow any material.
     const auto may_grow = [&](int material) { return run.options.speeds || grown == material; };
     end_step(state.stack, state.step, std::move(end), may_grow, state.history);
     if (levelset::drop_spent_layers(state.stack, state.history.layer_volumes))
         note_layers(state.stack, state.history);
 }
 
-// The step that has just ended; empty within a step.
+// Name of the step that has just ended; empty within a step.
 std::string ended_step(const Run& run, const RunState& state) {
     return state.begins_step() && state.step > 0 ? run.steps[state.step - 1].name : "";
 }
 
-// False if the step is not a geometric one. The wafer before it is saved where every step's is.
+// Does a geometric step, after saving the wafer before it if that is due; returns false for other steps.
 bool reshape_at_once(const Run& run, const Step& step, RunState& state) {
     if (step.built) return false;
     if (state.step > 0 && !run.recipe.output.every && run.folder.due(state)) {
@@ -127,7 +126,7 @@ Model begin_step(const Run& run, const Step& step, RunState& state) {
     return model;
 }
 
-// Time since the step at hand began; after the last one, since the last that takes time.
+// Time since the current step began; after the last step, since the last one that takes time began.
 double time_in_step(const Run& run, const RunState& state) {
     if (state.step < run.steps.size()) return state.time - state.step_start;
     std::size_t k = run.steps.size() - 1;
@@ -147,7 +146,7 @@ TraceRequest request_of(const Run& run, std::uint32_t key, bool settle, const Ru
             .warn = run.options.warn};
 }
 
-// Says how the species of a step are traced where that was chosen, once for equal steps.
+// Prints the method that [flux] method = "auto" chose for each species, once per distinct choice.
 void report_methods(const Run& run, const Step& step, const TracedSurface& surface) {
     const std::vector<SpeciesMethod>& methods = surface.arriving->trace->methods;
     if (run.recipe.flux.method != "auto" || methods.empty()) return;
@@ -161,17 +160,17 @@ void report_methods(const Run& run, const Step& step, const TracedSurface& surfa
 // Whether the fluxes of the last trace serve this time step, too.
 bool reuses_fluxes(const Run& run, const Model& model, const RunState& state) {
     return state.reuse.left > 0 && !state.begins_step() && !run.folder.due(state) && !model.species.empty() &&
-           !model.coverages.transient;  // which every time step changes
+           !model.coverages.transient;  // they change in every time step
 }
 
-// The surface at this time and what arrives on it: extract, simplify, trace. Coverages react between traces.
+// The surface at this time and its fluxes: extract, simplify, trace. Coverages react between traces.
 TracedSurface surface_with_fluxes(const Run& run, const Model& model, const Step& step, RunState& state) {
     TracedSurface surface = extract(state.stack, time_in_step(run, state), state.timing);
     if (reuses_fluxes(run, model, state)) {
         reuse_fluxes(run.recipe, model, state.stack, state.carried, surface, state.timing);
         return surface;
     }
-    state.reuse.left = 0;  // a run resumed here traces, too
+    state.reuse.left = 0;  // so that a run resumed here traces as well
     if (state.begins_step()) state.methods.clear();
     const TraceRequest request = request_of(run, state.time_step, state.begins_step(), state);
     simplify(run.recipe, model, state.stack, state.carried, request.noise, surface, state.timing);
@@ -183,15 +182,15 @@ TracedSurface surface_with_fluxes(const Run& run, const Model& model, const Step
     return surface;
 }
 
-// The motion of every Runge-Kutta stage. Those after the first are traced only if the recipe asks for it,
-// with random numbers of their own; else the first one serves them all.
+// The motion of every Runge-Kutta stage. The first one serves all stages unless the recipe traces each of
+// them, with its own random numbers.
 std::vector<levelset::Motion> stage_motions(const Run& run, const Model& model, levelset::Motion first,
                                             const TracedSurface& surface, const SurfaceField& carried,
                                             double dt, RunState& state) {
     std::vector<levelset::Motion> motions;
     motions.push_back(std::move(first));
     if (run.recipe.flux.stages != "all" || !surface.arriving || !surface.arriving->trace) return motions;
-    constexpr int kStageBit = 30;  // of the random numbers' key
+    constexpr int kStageBit = 30;  // in the random numbers' key
     const levelset::AdvectionOptions scheme = scheme_for(motions.front().law, run.recipe.advection);
     while (motions.size() < levelset::stage_count(scheme.time_integration)) {
         levelset::MaterialStack reached = levelset::copy(state.stack);
@@ -204,25 +203,25 @@ std::vector<levelset::Motion> stage_motions(const Run& run, const Model& model, 
     return motions;
 }
 
-// Moves the surface and the time, and at times chooses the columns of grid levels anew.
+// Advances the surface and the time; every few time steps chooses the columns of the grid levels anew.
 void advance(const Recipe& recipe, const std::vector<levelset::Motion>& motions, const TimeStep& next,
              RunState& state) {
     const bool anew = state.chooses_columns();
     const auto wanted = anew ? levelset::columns_of_speed(state.stack, motions.front())
                              : std::vector<levelset::LevelColumns>();
     advect(recipe, motions, next, state.stack, state.timing);
-    if (anew) {  // also where nothing moves, as it may in the next time steps
+    if (anew) {  // even if nothing moves: the next time steps may differ
         const PhaseClock clock(state.timing.redistance);
         levelset::choose_columns(state.stack, wanted);
     }
     state.advance(next.dt, next.until);
 }
 
-// Between two time steps the state is whole: the place to stop if the user asked for it.
+// Between two time steps the state is complete: checkpoints are written and a request to stop is obeyed here.
 void end_time_step(const Run& run, const Step& step, RunState& state) {
     run.update(state, fmt::format("step {}/{} {}", state.step + 1, run.steps.size(), step.name));
     run.count_seconds(state.timing);
-    flux::of_first(run.options.shares, 0);  // agrees on whether to stop
+    flux::of_first(run.options.shares, 0);  // synchronises the ranks, so that all agree on stopping
     if (const std::uint32_t every = run.options.checkpoint_every; every > 0 && state.time_step % every == 0)
         run.folder.checkpoint(state);
     const bool last = state.step + 1 == run.steps.size() && state.reached(step_end(step, state));
@@ -230,7 +229,7 @@ void end_time_step(const Run& run, const Step& step, RunState& state) {
 }
 
 // One time step: extract, simplify, trace, react, rates, advect, record.
-// \returns the surface at which the step ends by its stop condition, and nothing is done; else null.
+// \returns the surface, without having moved it, if the step ends here by its stop condition; else null.
 std::shared_ptr<const TracedSurface> make_time_step(const Run& run, const Step& step, const Model& model,
                                                     RunState& state) {
     const Recipe& recipe = run.recipe;
@@ -255,7 +254,7 @@ std::shared_ptr<const TracedSurface> make_time_step(const Run& run, const Step& 
     // Rates.
     levelset::Motion motion = motion_in_time_step(recipe, model, *surface, state);
     const TimeStep next = choose_time_step(recipe, step, model, state, motion, to_stop);
-    // React: coverages at the end of the time step. Fluxes that were carried over leave nothing new.
+    // React: coverages at the end of the time step. Reused fluxes yield no new field to carry.
     const FluxReuse reuse = next_reuse(recipe.flux.reuse, model, state.reuse,
                                        state.begins_step() ? nullptr : &state.carried, *surface);
     std::optional<SurfaceField> fresh;
@@ -265,7 +264,7 @@ std::shared_ptr<const TracedSurface> make_time_step(const Run& run, const Step& 
         fresh = field_to_carry(recipe, model, *surface, coverages_after(model, *surface, next.dt));
     const std::vector<levelset::Motion> motions = stage_motions(
         run, model, std::move(motion), *surface, fresh ? *fresh : state.carried, next.dt, state);
-    // Before anything is noted, so that a run which the observer interrupts goes on with this time step.
+    // Called before anything is recorded: a run that the observer interrupts resumes with this time step.
     if (run.options.observe) run.options.observe({step, model, state, surface, next.dt});
     // Record, advect.
     run.folder.record(state, step, *surface, next);
@@ -291,15 +290,15 @@ void make_steps(const Run& run, RunState& state) {
     }
 }
 
-// The model whose fluxes a further time step would be made with; one that does nothing if no step takes time.
+// The model of the last step that takes time; a model without motion if there is none.
 Model last_model(const Run& run) {
     for (auto step = run.steps.rbegin(); step != run.steps.rend(); ++step)
         if (step->built) return model_with_law(run.recipe, run.options.speeds, *step);
     return still_model();
 }
 
-// Saves the final surface, with the fluxes that the last model would go on with, and the summary. The
-// checkpoint knows nothing of that surface: a longer recipe goes on from it as if it had been this one's.
+// Saves the final surface, with fluxes by the last model, and the summary. The checkpoint precedes that
+// surface: a longer recipe resumes from it as if the run had been its own.
 RunResult finish(const Run& run, RunState& state) {
     run.folder.checkpoint(state);
     const Model model = last_model(run);
@@ -324,13 +323,13 @@ std::string how_to_go_on(const Run& run, const RunState& state) {
         resume.empty() ? "what is finished is in " + run.options.output.string() : "go on with: " + resume);
 }
 
-// Ends the run, or says how to go on.
+// Makes the remaining steps and finishes the run. If interrupted, writes a checkpoint and says how to resume.
 RunResult make_run(const Run& run, RunState& state) {
     try {
         make_steps(run, state);
         return finish(run, state);
     } catch (const Interrupted&) {
-        // Thrown while tracing or between time steps: the state is that of the last whole one.
+        // Thrown while tracing or between time steps: the state is that after the last complete time step.
         run.count_seconds(state.timing);
         run.folder.checkpoint(state);
         throw Interrupted(how_to_go_on(run, state));
@@ -352,18 +351,18 @@ RunState built_wafer(const Recipe& recipe, const RunOptions& options) {
 }  // namespace
 
 RunResult run_recipe(const Recipe& began_with, const RunOptions& options) {
-    Recipe recipe = began_with;  // which the observer may change
+    Recipe recipe = began_with;  // a copy: the observer may change it
     require_memory(recipe, domain_of(recipe), options.processes_here);
     std::vector<Step> steps = expanded_steps(recipe);
     RunFolder folder(options, recipe);
     RunState state = folder.goes_on() ? resume_state(options.output, recipe) : built_wafer(recipe, options);
-    flux::of_first(options.shares, 0);  // all have read what rank 0 is about to change
+    flux::of_first(options.shares, 0);  // waits until all ranks have read what rank 0 will change
     if (folder.goes_on() && folder.finished() && state.step >= steps.size()) {
         folder.require_unchanged(state);
         const Json summary = read_whole_summary(options.output);
         return {levelset::extract_surface(state.stack), summary.at("timing").get<Timing>(), summary};
     }
-    // When the checkpoint was written, of a finished run that is extended.
+    // When a finished run that is to be extended wrote its checkpoint.
     std::optional<std::filesystem::file_time_type> extended;
     if (folder.goes_on() && folder.finished())
         extended = std::filesystem::last_write_time(options.output / "checkpoint.vdb");
@@ -383,7 +382,7 @@ RunResult run_recipe(const Recipe& began_with, const RunOptions& options) {
                 const std::vector<Step> before = std::exchange(steps, expanded_steps(recipe));
                 if (state.step < before.size() && !stops_alike(steps[state.step], before[state.step]))
                     state.endpoint = {};
-                state.reuse = {};  // what was traced is of the recipe before
+                state.reuse = {};  // the last trace belongs to the old recipe
                 state.methods.clear();
                 noise = noise_of_time_steps(recipe, steps);
                 folder.revise(state);

@@ -20,7 +20,7 @@
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"
 
-// A place is a list of its coordinates, a box one of its corners.
+// JSON form of a point: a list of its coordinates; of a box: a list of its two corners.
 template <>
 struct nlohmann::adl_serializer<sidewall::Vec3> {
     static void to_json(sidewall::app::Json& json, const sidewall::Vec3& p) {
@@ -43,7 +43,7 @@ struct nlohmann::adl_serializer<sidewall::Box3> {
 
 namespace sidewall::app {
 
-// What checkpoints hold, every bit kept.
+// The fields that checkpoints hold. CBOR keeps every bit of the numbers.
 SIDEWALL_JSON(Measure, name, value, unit)
 SIDEWALL_JSON(Event, kind, time, step, material, count, volume, at)
 SIDEWALL_JSON(StepNoise, squares, time, dt)
@@ -62,7 +62,7 @@ SIDEWALL_JSON(RunState, step, epoch, step_start, starts, time, time_step, saved,
 
 namespace {
 
-// What the time loop relies on, of a state whose layers are of so many materials.
+// Checks what the time loop relies on; \p materials is the number of materials that layers may refer to.
 void check(const RunState& state, std::size_t materials) {
     const bool times = state.epoch >= 0.0 && state.step_start >= 0.0 && state.time >= state.step_start &&
                        std::isfinite(state.process_time());
@@ -85,7 +85,7 @@ void check(const RunState& state, std::size_t materials) {
 }  // namespace
 
 void RunState::begin_step(double duration) {
-    // Time steps may be 1e7 times shorter than the step, and must be longer than the rounding of the time.
+    // A step may have 1e7 time steps; each of them must be longer than the rounding of the time.
     constexpr double kShort = 1e-6;
     if (begins_step()) {
         endpoint = {};
@@ -97,7 +97,7 @@ void RunState::begin_step(double duration) {
 }
 
 void RunState::advance(double dt, double stop) {
-    constexpr double kLost = 0.1;  // of dt, which rounding may take from it or add to it
+    constexpr double kLost = 0.1;  // share of dt by which rounding may change it
     const double after = time + dt;
     if (!(std::abs(after - time - dt) <= kLost * dt))
         throw NumericsError(
@@ -132,8 +132,8 @@ std::vector<InputFile> input_files(const Recipe& recipe) {
 
 namespace {
 
-// The recipe of a checkpoint with the paths of its files as they are now: files that were moved are known by
-// their bytes.
+// The recipe of a checkpoint with the present paths of its files; moved files are recognised by their
+// digests.
 std::string with_files_as_now(std::string text, const std::vector<InputFile>& then,
                               const std::vector<InputFile>& now) {
     for (const InputFile& old : then) {
@@ -158,7 +158,7 @@ FileError unusable(const std::filesystem::path& folder, const std::string& reaso
                                  (folder / "checkpoint.vdb").string(), surface::printable(reason), advice));
 }
 
-// Loads a checkpoint. One of another domain cannot be read; the recipe beside it shows what is different.
+// Loads a checkpoint. If its domain differs, it cannot be read: the recipe.toml beside it then tells how.
 levelset::Checkpoint loaded_from(const std::filesystem::path& folder, const Recipe& recipe,
                                  const std::string& advice) {
     try {

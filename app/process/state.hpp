@@ -13,113 +13,113 @@
 
 namespace sidewall::app {
 
-/// A file of the run's folder that shows the surface at one time, or a part of what lies below it.
+/// A file in the run's folder that shows the surface at one time, or an interface below it.
 struct SavedFile {
     double time = 0.0;
-    int part = 0;       ///< counts the files of that time
+    int part = 0;       ///< number among the files of that time
     std::string file;   ///< its name
-    std::string after;  ///< the step at whose end the wafer was so; empty: during a step
+    std::string after;  ///< name of the step that ended then; empty: during a step
 };
 
-/// The wafer as a saved surface and its interfaces show it.
+/// The wafer at one time, saved as a surface and its interfaces.
 struct SavedStack {
     double time = 0.0;
-    std::size_t step = 0;        ///< that was at hand
-    std::vector<int> materials;  ///< of the layers, bottom up
+    std::size_t step = 0;        ///< the current step then
+    std::vector<int> materials;  ///< of the layers, from the bottom up
 };
 
-/// A mesh, layout or profile that the recipe names.
+/// A mesh, layout or profile file that the recipe names.
 struct InputFile {
     std::string path;    ///< absolute
-    std::string digest;  ///< of its bytes
+    std::string digest;  ///< of the file's bytes
 };
 
-/// What the step at hand knows of its endpoint.
+/// What is known of the current step's endpoint.
 struct RunEndpoint {
     std::optional<std::vector<int>>
-        masks;  ///< none: not noted yet; materials that leave the openings of a step that stops at a material
-    std::optional<double> time;  ///< since RunState::epoch, when a stop condition held
-    std::string key;             ///< of that condition
-    std::optional<double> bare;  ///< share of the floor that was bare then (process/endpoint.hpp)
+        masks;  ///< mask materials of a step that stops at a material (note_masks); none: not yet noted
+    std::optional<double> time;  ///< when a stop condition held, since RunState::epoch
+    std::string key;             ///< the recipe key of that condition
+    std::optional<double> bare;  ///< bare share of the floor at that time (process/endpoint.hpp)
 };
 
-/// Everything a run carries from one time step to the next; a checkpoint holds it all.
+/// Everything that a run carries from one time step to the next; a checkpoint holds all of it.
 struct RunState {
     levelset::MaterialStack stack;
-    std::size_t step = 0;  ///< of the recipe, loops unrolled
-    /// Process time from which step_start and time count: 0, but set anew by a step too short to be resolved in
-    /// the process time before it (begin_step).
+    std::size_t step = 0;  ///< index into the recipe's steps, loops unrolled
+    /// Process time from which step_start and time count. It is 0 until begin_step meets a step too short to
+    /// be resolved in the process time so far, and moves it there.
     double epoch = 0.0;
-    double step_start = 0.0;      ///< since the epoch, when the step at hand began
+    double step_start = 0.0;      ///< when the current step began, since the epoch
     double time = 0.0;            ///< since the epoch
     std::vector<double> starts;   ///< process times at which the steps so far began
-    std::uint32_t time_step = 0;  ///< over the whole run
-    std::size_t saved = 0;        ///< surfaces written
-    std::size_t rows = 0;         ///< of the timeline, less its last one if that is end_row
-    std::string end_row;          ///< of the step that has just ended: a longer recipe may extend that step
+    std::uint32_t time_step = 0;  ///< counted over the whole run
+    std::size_t saved = 0;        ///< number of surfaces written
+    std::size_t rows = 0;         ///< rows of the timeline, without end_row
+    std::string end_row;  ///< timeline row at the end of the last step; a longer recipe may replace it
     std::string timeline,
-        manifest;  ///< digests, of the timeline up to rows; empty in earlier versions' checkpoints
-    std::vector<std::size_t> time_steps;  ///< taken in each step of the recipe
-    SurfaceField carried;                 ///< what the last trace left on the surface
-    FluxReuse reuse;                      ///< of its fluxes
-    RunEndpoint endpoint;                 ///< of the step at hand, or the last that took time
-    StepNoise noise;                      ///< of the step at hand
-    std::vector<SpeciesMethod> methods;   ///< of the step at hand's species; empty before its first trace
-    std::vector<SavedFile> files;         ///< what surface.pvd lists
-    std::vector<SavedStack> stacks;       ///< of the surfaces written
-    std::vector<InputFile> inputs;        ///< that the recipe names
-    History history;                      ///< what summary.json says of all steps
+        manifest;  ///< digests; the timeline's is of its header and first `rows` rows; empty in old versions
+    std::vector<std::size_t> time_steps;  ///< by step: time steps made
+    SurfaceField carried;                 ///< values that the last trace left on the surface
+    FluxReuse reuse;                      ///< how long the fluxes in carried serve
+    RunEndpoint endpoint;                 ///< of the current step, or the last one that took time
+    StepNoise noise;                      ///< of the current step
+    std::vector<SpeciesMethod> methods;   ///< by species of the current step; empty before its first trace
+    std::vector<SavedFile> files;         ///< listed in surface.pvd
+    std::vector<SavedStack> stacks;       ///< one for each surface written
+    std::vector<InputFile> inputs;        ///< files that the recipe names
+    History history;                      ///< what summary.json reports of all steps
     Timing timing;
 
     double process_time() const { return epoch + time; }
     /// Time since a process time, such as one of starts.
     double since(double start) const { return time - (start - epoch); }
-    /// \p stop is since the epoch.
+    /// Whether the time \p stop (since the epoch) has come.
     bool reached(double stop) const { return time >= stop; }
-    /// No time step has been made yet of the step at hand.
+    /// Whether the current step has made no time step yet.
     bool begins_step() const { return time == step_start; }
-    /// The wafer that the step at hand has now is saved.
+    /// Whether the wafer at this time of this step has been saved.
     bool is_saved() const {
         return !stacks.empty() && stacks.back().time == process_time() && stacks.back().step == step;
     }
-    /// Time since the epoch at which the next of the surfaces saved every so often is due.
+    /// When the next surface is due, since the epoch, if one is saved every \p every of process time.
     double next_save(double every) const { return static_cast<double>(saved) * every - epoch; }
-    /// The time step at hand ends with a choice of all levels' columns.
+    /// Whether the columns of the grid levels are to be chosen anew at the end of this time step.
     bool chooses_columns() const;
-    /// Prepares the first time step of a step of the recipe that lasts so long, which has no endpoint yet: a step under a millionth of the
-    /// process time before it counts from its own start, where that time would not resolve its time steps.
+    /// Prepares the first time step of a step of the recipe: clears its endpoint and noise. Moves the epoch
+    /// here if \p duration is under 1e-6 of the process time, which would not resolve its time steps.
     void begin_step(double duration);
-    /// Ends a time step of \p dt, which the caller cut so that it cannot pass \p stop: the last one lands on
-    /// it exactly.
-    /// \throws NumericsError if the time is too long for \p dt to advance it.
+    /// Ends a time step of \p dt. The caller has cut \p dt so that it does not pass \p stop; the last time
+    /// step lands on \p stop exactly.
+    /// \throws NumericsError if \p dt is lost in the rounding of the time.
     void advance(double dt, double stop);
-    /// Goes to a step of the recipe.
+    /// Makes step \p next of the recipe the current one.
     void enter(std::size_t next);
 };
 
-/// The files that the recipe names, as they are now.
+/// The files that the recipe names, with digests of their present contents.
 /// \throws FileError, IoError if one cannot be read.
 std::vector<InputFile> input_files(const Recipe& recipe);
 
-/// What DIR/checkpoint.vdb holds.
+/// Contents of DIR/checkpoint.vdb.
 struct Checkpoint {
     RunState state;
-    std::string recipe;                  ///< that made it
-    std::vector<std::string> materials;  ///< by id
+    std::string recipe;                  ///< the effective recipe of the run
+    std::vector<std::string> materials;  ///< names by id
     std::string length_unit;
 };
 
-/// Reads DIR/checkpoint.vdb of a run in the recipe's domain.
-/// \throws FileError if there is none, or naming how the domains differ; the message ends with \p advice.
+/// Reads DIR/checkpoint.vdb of a run with the recipe's domain.
+/// \throws FileError if there is none, it is damaged, or naming how the domains differ; ends with \p advice.
 Checkpoint read_checkpoint(const std::filesystem::path& folder, const Recipe& recipe,
                            const std::string& advice);
 
-/// The state in DIR/checkpoint.vdb, from which the recipe can go on (process/revision.hpp).
-/// \throws FileError if there is none, it is damaged, or naming how the recipe that made it differs.
+/// The state in DIR/checkpoint.vdb, from which the recipe can be continued (process/revision.hpp).
+/// \throws FileError if there is none, it is damaged, or its recipe differs (the message says how).
 RunState resume_state(const std::filesystem::path& folder, const Recipe& recipe);
 
 /// Writes DIR/checkpoint.vdb.
-/// \throws IoError; the old one stays whole.
+/// \throws IoError; the old file then stays whole.
 void save_state(const std::filesystem::path& folder, const Recipe& recipe, const RunState& state);
 
 }  // namespace sidewall::app

@@ -20,7 +20,7 @@
 namespace sidewall::app {
 namespace {
 
-// Grid spacings within which a front counts as arrived: re-distancing keeps its place no better.
+// Distance in grid spacings at which a front counts as arrived: re-distancing keeps its position no better.
 constexpr double kArrived = 1e-3;
 
 double lowest(const TriangleMesh& surface) {
@@ -39,8 +39,8 @@ double thickest(const levelset::MaterialStack& stack, const TriangleMesh& surfac
     return most;
 }
 
-// The least distance that the front may move before a material is bare, or no longer bare, of a share of the
-// floor.
+// Least distance that the front must move before the bare share of the floor is above the rule's value. For a
+// rule "below": 0 if it holds, else infinity.
 double way_to_bare(const StopRule& rule, const RunState& state, const TriangleMesh& surface) {
     const BareFloor floor = bare_floor(state.stack, surface, rule.bare,
                                        state.endpoint.masks.value_or(std::vector<int>()), rule.value);
@@ -48,19 +48,19 @@ double way_to_bare(const StopRule& rule, const RunState& state, const TriangleMe
     return floor.share < rule.value && std::isfinite(floor.left) ? 0.0 : kInfinity;
 }
 
-// The least distance that the front may move before the figure is beyond the value.
+// Least distance that the front moves before the figure passes the rule's value; infinite if unknown.
 double way_to(const StopRule& rule, const Recipe& recipe, const levelset::MaterialStack& stack,
               const TriangleMesh& surface) {
     const Measure now = measure_named(recipe, rule.figure, stack, surface);
     const double left = rule.above ? rule.value - now.value : now.value - rule.value;
-    if (!std::isfinite(left)) return kInfinity;  // there is no such figure yet
-    // A number, as of voids, is beyond a value that it does not equal.
+    if (!std::isfinite(left)) return kInfinity;  // the wafer has no such figure yet
+    // A dimensionless figure, such as a number of voids, must pass the value; others need only reach it.
     if (left < 0.0 || (left == 0.0 && now.unit != "1")) return 0.0;
     const std::string& length = recipe.domain.length_unit;
     if (now.unit == length) return rule.figure == "depth" ? left : 0.5 * left;
     if (now.unit == volume_unit(recipe)) {
         const levelset::Domain& domain = stack.domain;
-        // The area of a round wafer is at most what it would be if all of it lay at the radius.
+        // Bounds the area of an axial wafer by that of its profile turned at the outer radius.
         const double width = domain.axial ? share_of_turn(domain.max[1] - domain.min[1], domain.max[0])
                                           : width_of_strip(recipe);
         return left * width / total_area(surface);
@@ -68,20 +68,20 @@ double way_to(const StopRule& rule, const Recipe& recipe, const levelset::Materi
     return kInfinity;
 }
 
-// Time at which equal time steps must end: the end of the recipe's step or the next surface to save.
+// Time at which the equal time steps end: the end of the recipe's step or the next surface to save.
 double next_event(const Recipe& recipe, const Step& step, const RunState& state) {
     const double end = step_end(step, state);
     return recipe.output.every ? std::min(end, state.next_save(*recipe.output.every)) : end;
 }
 
-// The longest time step towards a stop condition. Where the condition is met the front may be slower than the
-// fastest point, and what is left would shrink from time step to time step without end: so a time step is at
-// least a tenth of a full one, which may overshoot by a twentieth of a grid spacing (cfl is at most 0.5).
+// The longest time step towards a stop condition. Where the condition is met, the front may be slower than
+// its fastest point, and the remaining distance would shrink without end. So a time step is at least a tenth
+// of a full one, which overshoots by at most a twentieth of a grid spacing (cfl is at most 0.5).
 double approach(double distance, double speed, double spacing, double cfl) {
     return speed > 0.0 ? std::max(distance, 0.1 * cfl * spacing) / speed : kInfinity;
 }
 
-// A step that would take this many time steps is a mistake in a rate or a duration.
+// A step that needs more time steps than this has a mistake in a rate or its duration.
 constexpr double kMostTimeSteps = 1e7;
 
 void refuse_endless(const Recipe& recipe, const Step& step, double left, double speed, double spacing) {
@@ -94,26 +94,26 @@ void refuse_endless(const Recipe& recipe, const Step& step, double left, double 
             recipe.domain.time_unit, count, kMostTimeSteps);
 }
 
-// Equal parts of what is left, each at most the share of the step that the model asks for.
+// Equal parts of the remaining time, each at most the share of the step that the model asks for.
 double in_equal_parts(const Step& step, const Model& model, double left) {
     const double longest = step.duration / model.least_time_steps;
     return left / std::max(1.0, std::ceil(left / longest * (1.0 - 1e-9)));
 }
 
-// Up to the next of the step's parts whose ends are squares: (k/n)^2 of it.
+// Time to the end of the current one of n parts, the k-th of which ends at (k/n)^2 of the step.
 double in_growing_parts(const Step& step, const Model& model, const RunState& state, double left) {
     const double n = model.least_time_steps, done = state.time - state.step_start;
-    // 1e-6 of a part is beyond the rounding of a time that many time steps added up to, at its root, too.
+    // 1e-6 of a part exceeds the rounding of a time summed over many time steps, also of its root.
     double k = std::floor(n * std::sqrt(std::max(0.0, done / step.duration)) + 1e-6) + 1.0;
     const auto part_until = [&](double end) { return step.duration * (end / n) * (end / n) - done; };
-    // Late in a process a part may be less than what its time is known to: the next ones go with it.
+    // Late in a process a part may be shorter than the rounding of the time: it is merged with the next ones.
     const double resolved = 8.0 * std::numeric_limits<double>::epsilon() * state.time;
     while (k < n && part_until(k) <= resolved) ++k;
     const double part = part_until(k);
     return part < left * (1.0 - 1e-9) ? part : left;
 }
 
-// What bounds the time step. A sharp V(n) moves kinks faster than any point of a plane.
+// The speed that bounds the time step. With a sharp V(n), kinks move faster than any plane.
 double bounding_speed(const Model& model, double speed) {
     return model.depends_on_normal && speed > 0.0 ? std::max(speed, model.hints.max_speed.value_or(0.0))
                                                   : speed;
@@ -176,8 +176,8 @@ levelset::Motion motion_in_time_step(const Recipe& recipe, const Model& model, c
 }
 
 double equal_time_steps(double duration, double speed, double spacing, double cfl) {
-    // Rounding just above a whole number of time steps must not cost one more. 1e-9 is beyond the rounding of
-    // a time that 1e6 time steps added up to, and lengthens a time step by no more than that share.
+    // A quotient just above a whole number by rounding must not cost one more time step. 1e-9 exceeds the
+    // rounding of a time summed over 1e6 time steps, and lengthens a time step by at most that share.
     return std::max(1.0, std::ceil(duration * speed / (cfl * spacing) * (1.0 - 1e-9)));
 }
 
@@ -207,7 +207,7 @@ levelset::AdvectionOptions scheme_for(const levelset::SpeedLaw& law, levelset::A
 
 void advect(const Recipe& recipe, const std::vector<levelset::Motion>& motions, const TimeStep& next,
             levelset::MaterialStack& stack, Timing& timing) {
-    // What stands still is left as it is: re-distancing would move it by a thousandth of a cell.
+    // If nothing moves, the grids stay untouched: re-distancing would shift the front by 1e-3 cells.
     const bool moves = next.speed > 0.0 || std::ranges::any_of(motions, [&](const levelset::Motion& motion) {
                            return levelset::max_speed(stack, motion) > 0.0;
                        });

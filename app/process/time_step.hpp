@@ -14,61 +14,60 @@
 
 namespace sidewall::app {
 
-/// The stop condition that the surface is nearest to.
+/// The stop condition that the surface will meet first.
 struct StopDistance {
-    double left = kInfinity;  ///< to move; 0 if it holds, infinite if there is none
-    const char* key = "";     ///< as recipes call it
+    double left = kInfinity;  ///< distance that the front may still move; 0: it holds; infinite: none
+    const char* key = "";     ///< the condition's key in recipes
 };
 
-/// How far the surface may still move before one of the step's stop conditions holds. A condition counts as reached a thousandth of a grid spacing early.
+/// The least distance that the front moves before one of the step's stop conditions holds; none does after
+/// the endpoint. A condition, but a bare share, counts as reached a thousandth of a grid spacing early.
 ///
-/// stop_depth: the lowest point's depth below z = 0. stop_material and a stop at a bare share: what covers the floor that is
-/// still to be bared (process/endpoint.hpp). After the endpoint none holds any more. stop_thickness: of the uppermost layer where
-/// it is thickest. stop: a figure that is a length changes by no more than twice the way of the front, a depth by as
-/// much, a volume by the front's area times it; for how much an angle or a ratio changes there is no bound, and nothing
-/// is left of the way only when they are there.
-/// \param surface  as extracted from the state's stack.
-/// \note O(n log n) for stop_thickness, for stop as the figure takes, else O(n).
+/// - stop_depth: from the depth of the lowest point below z = 0.
+/// - stop_thickness: from the largest thickness of the uppermost layer.
+/// - stop_material, or stop at a bare share: from the film left on the floor (process/endpoint.hpp).
+/// - stop: a length changes by at most twice the distance that the front moves, a depth by that distance, a
+///   volume by it times the front's area. An angle or ratio has no such bound: infinite until reached.
+/// \param surface  extracted from the state's stack.
+/// \note O(n log n) for stop_thickness; for stop, the cost of its figure; else O(n).
 StopDistance distance_to_stop(const Recipe& recipe, const Step& step, const RunState& state,
                               const TriangleMesh& surface);
 
-/// A warning if a stop condition holds before the step begins, or can never be met; else empty.
-/// \param number   the step's, counted from 1.
+/// A warning if a stop condition holds before the step begins, or can never hold; else empty.
+/// \param number   of the step, from 1.
 /// \param to_stop  from distance_to_stop.
 std::string stop_warning(const Recipe& recipe, const Step& step, std::size_t number, double to_stop);
 
-/// A warning if a step has ended by its duration while the wafer had no figure of its `stop`, which could not stop it;
-/// else empty.
-/// \param surface  as extracted from \p stack.
+/// A warning if a step ended by its duration as the wafer lacked the figure of its `stop`; else empty.
+/// \param surface  extracted from \p stack.
 std::string missing_figure_warning(const Recipe& recipe, const Step& step, std::size_t number,
                                    const levelset::MaterialStack& stack, const TriangleMesh& surface);
 
-/// The motion by the fluxes of the time step's middle, where those of the time step before tell how they change. The
-/// first time step of a step does not know it; the second one makes up for what that leaves.
-/// \param surface  of the state's stack; fluxes carried over, or with transient coverages, move it as they are.
+/// The motion of a time step, with fluxes extrapolated to its middle from those of the time step before
+/// (with_later_fluxes). A step's first time step does not extrapolate; its second goes twice as far to
+/// compensate. Fluxes stay unchanged with [flux] reuse, stages = "all" or transient coverages.
 levelset::Motion motion_in_time_step(const Recipe& recipe, const Model& model, const TracedSurface& surface,
                                      RunState& state);
 
 /// A time step about to be made.
 struct TimeStep {
     double dt = 0.0;
-    double until = 0.0;  ///< since RunState::epoch; this time step and those like it lead up to it
-    double speed = 0.0;  ///< largest |V|, or what stands for it where V depends on the normal
+    double until = 0.0;  ///< since RunState::epoch: end of the equal time steps of which this is the first
+    double speed = 0.0;  ///< largest |V|; for V(n) the bound on it that limits the time step
 };
 
-/// The number of equal time steps, at least 1, in each of which a front of this speed moves at most cfl grid spacings.
+/// The number (at least 1) of equal time steps in which a front of this speed moves at most cfl cells each.
 double equal_time_steps(double duration, double speed, double spacing, double cfl);
 
-/// Equal time steps up to the end of the recipe's step or the next surface to save, each moving the front at
-/// most cfl grid spacings and at most the share of the step that the model asks for, and none past a stop condition
-/// by more than a twentieth of a grid spacing.
-/// \param to_stop  how far the front may move before one holds, from distance_to_stop.
-/// \throws NumericsError if a speed is not finite, RecipeError if the step would take over 1e7 of them.
+/// The next of equal time steps up to the end of the recipe's step or the next surface to save. Each moves
+/// the front by at most cfl grid spacings, takes at most the share of the step that the model asks for, and
+/// passes a stop condition by at most a twentieth of a grid spacing.
+/// \param to_stop  from distance_to_stop.
+/// \throws NumericsError if a speed is not finite, RecipeError if the step would take over 1e7 time steps.
 TimeStep choose_time_step(const Recipe& recipe, const Step& step, const Model& model, const RunState& state,
                           const levelset::Motion& motion, double to_stop);
 
-/// The recipe's scheme, or the one that the model needs: upwinding takes one speed a point, a speed that turns
-/// with the normal needs the schemes of V(n).
+/// The recipe's scheme, or Lax-Friedrichs for a speed V(n): upwinding needs one speed a point.
 levelset::AdvectionOptions scheme_for(const levelset::SpeedLaw& law, levelset::AdvectionOptions options);
 
 /// Moves the surface for a time step.

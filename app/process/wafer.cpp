@@ -28,19 +28,19 @@ namespace {
 namespace fs = std::filesystem;
 
 int margin_of(const Recipe& recipe) {
-    // Models whose speed depends on the normal take lax_friedrichs.
+    // Models whose speed depends on the normal need the lax_friedrichs scheme, see scheme_for.
     levelset::AdvectionOptions turning = recipe.advection;
     turning.scheme = levelset::Scheme::lax_friedrichs;
     return std::max(levelset::margin_for(recipe.advection), levelset::margin_for(turning));
 }
 
-// Gives a stack of one level those that the recipe asks for.
+// Adds the coarser grid levels that the recipe asks for to a stack of one level.
 void give_levels(const Recipe& recipe, levelset::MaterialStack& stack) {
     const int levels = grid_levels(recipe, stack.domain);
     if (levels > 1) levelset::make_levels(stack, levels, margin_of(recipe));
 }
 
-// A mesh may pass all checks and still tell no inside from outside: where faces lie flat on others.
+// Refuses a mesh that passes all other checks but separates no inside from outside: faces lie flat on others.
 void refuse_folded(const levelset::MaterialStack& stack, const std::string& file) {
     try {
         levelset::extract_surface(stack);
@@ -73,8 +73,8 @@ bool same_time(double a, double b) {
     return std::abs(a - b) <= 1e-9 * std::max(1.0, std::abs(a));
 }
 
-// Whether the saved wafer is that at the end of the step before: a step that takes time saves a surface when
-// it begins.
+// Whether a wafer was saved at the end of the step before saved.step, as steps that take time begin with a
+// save.
 bool ends_step(const RunState& run, const SavedStack& saved) {
     return saved.step > 0 && saved.time == run.starts[saved.step];
 }
@@ -84,7 +84,7 @@ bool is_wanted(const StartSection& start, const RunState& run, const SavedStack&
     return saved.step == static_cast<std::size_t>(start.step) && ends_step(run, saved);
 }
 
-// The times or steps at which the run can be left, for a message.
+// The saved times or steps that [start] could name, for a message.
 std::string choices(const StartSection& start, const RunState& run, const std::vector<SavedStack>& all) {
     std::vector<std::string> list;
     for (const SavedStack& saved : all) {
@@ -100,7 +100,7 @@ std::string choices(const StartSection& start, const RunState& run, const std::v
     return fmt::format("{}", fmt::join(list, ", "));
 }
 
-// Polishing below all that was ever shaped would leave a flat piece of substrate.
+// Refuses to polish below the whole surface of the substrate: only a flat piece of substrate would be left.
 void refuse_to_lose_all(const Recipe& recipe, const Step& step, const levelset::MaterialStack& stack) {
     const double height = geometric_step(step.parameters)->height, lowest = lowest_of_substrate(stack);
     constexpr double kNear = 1e-2;  // in grid spacings
@@ -111,7 +111,7 @@ void refuse_to_lose_all(const Recipe& recipe, const Step& step, const levelset::
             recipe.file, step.name, height, lowest);
 }
 
-// The wafer that [start] names, its materials by the recipe's ids.
+// The wafer that [start] names, with the material ids of the recipe.
 levelset::MaterialStack stack_of_run(const Recipe& recipe, const std::function<bool()>& stop) {
     const StartSection& start = recipe.start;
     Checkpoint checkpoint =
@@ -147,7 +147,7 @@ levelset::MaterialStack stack_of_run(const Recipe& recipe, const std::function<b
         layer.material = *id;
     }
     for (const StepMaterials& here : materials_by_step(recipe, layer_materials(stack))) {
-        try {  // the reader knew of no materials but those of films
+        try {  // the reader knew no materials but those of films
             require_values(here, recipe.materials);
         } catch (const KeyError& error) {
             throw RecipeError("{}: {}.{}", recipe.file, here.path, error.what());
@@ -179,7 +179,7 @@ levelset::MaterialStack stack_of_saved(const fs::path& folder, const RunState& r
                                                  : fmt::format("interface_{:04}_{}.vtp", number, k));
         const bool has_surface = std::any_of(run.files.begin(), run.files.end(),
                                              [&](const SavedFile& f) { return file.filename() == f.file; });
-        if (k != top && !has_surface) continue;  // nothing was left of that layer and those below
+        if (k != top && !has_surface) continue;  // neither this layer nor those below were left
         levelset::Shape shape;
         shape.kind = levelset::ShapeKind::mesh;
         shape.file = file.string();
@@ -225,7 +225,7 @@ bool reshape(const Recipe& recipe, const Step& step, levelset::MaterialStack& st
     const ModelEntry* entry = find_model(step.model);
     if (!entry->apply) return false;
     if (step.model == "planarize") refuse_to_lose_all(recipe, step, stack);
-    // Sharp edges are made where the grid is fine, which then is coarsened where they are not.
+    // The step makes its sharp edges on the finest level everywhere; give_levels coarsens where it may.
     if (stack.coarser) stack = levelset::on_one_level(stack);
     entry->apply(*geometric_step(step.parameters), recipe.materials,
                  entry->patterned ? pattern_of(step, recipe) : levelset::Shape{}, stack);

@@ -24,7 +24,7 @@ void require_rows_of_three(const py::array& array, const char* name) {
         throw GeometryError("{} has the shape {}: must be (n, 3)", name, shape_of(array));
 }
 
-// Refuses floats, whose fractions would be lost.
+// Refuses floats: conversion would drop their fractions.
 py::array_t<std::int64_t, py::array::c_style | py::array::forcecast> whole_numbers(const py::array& array,
                                                                                    const char* name) {
     if (array.dtype().kind() != 'i' && array.dtype().kind() != 'u')
@@ -44,7 +44,7 @@ py::array read_only(py::array array) {
     return array;
 }
 
-// A copy of whole numbers, a view of others.
+// The attribute as an array: a copy if its numbers are int32, else a view.
 py::object column(const Attribute& attribute, const py::object& owner) {
     const auto columns = static_cast<std::size_t>(attribute.components);
     if (attribute.type == Scalar::int32)

@@ -78,7 +78,7 @@ Distances distance(const py::object& points, const py::object& triangles, const 
 
 using Samples = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
-// Values on the nodes of a grid, clamped beyond it.
+// Values on the nodes of a grid. An index beyond its ends takes the value at the end.
 struct Field {
     const double* values;
     std::array<py::ssize_t, 3> size;
@@ -89,10 +89,10 @@ struct Field {
     }
 };
 
-// Refuses values that are no signed distance: the level set is read within three cells of its front.
+// Refuses values that are no signed distance; extraction reads them within three cells of the front.
 void require_distance(const Field& phi, double spacing) {
     const auto [nx, ny, nz] = phi.size;
-    constexpr double kSlope = 1.1;  // room for rounding and for the differences of a smooth function
+    constexpr double kSlope = 1.1;  // allowed slope: 1, and room for rounding and smooth functions
     bool inside_above = false, outside_below = false;
     for (py::ssize_t i = 0; i < nx; ++i)
         for (py::ssize_t j = 0; j < ny; ++j) {

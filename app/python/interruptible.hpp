@@ -8,9 +8,9 @@
 
 namespace sidewall::python {
 
-/// Waits without the GIL until \p ready returns true, and lets Python handle signals meanwhile: Ctrl-C sets \p stop and
-/// raises KeyboardInterrupt once the work is ready.
-/// \param ready  waits for at most the time it is given.
+/// Waits without the GIL until \p ready returns true. Python handles signals meanwhile: Ctrl-C sets \p stop,
+/// and KeyboardInterrupt is raised once the work is ready.
+/// \param ready  waits for at most the given time; true: the work is ready.
 /// \pre the GIL is held.
 inline void await(const std::function<bool(std::chrono::milliseconds)>& ready, std::atomic<bool>& stop) {
     constexpr std::chrono::milliseconds kPatience{50};
@@ -28,9 +28,9 @@ inline void await(const std::function<bool(std::chrono::milliseconds)>& ready, s
     }
 }
 
-/// Runs \p work in a thread of its own without the GIL and returns its result. \p work gets a function that says
-/// whether to stop.
-/// \throws what it throws; KeyboardInterrupt.
+/// Runs \p work in another thread without the GIL and returns its result. \p work gets a function that says
+/// whether it has to stop.
+/// \throws what \p work throws; KeyboardInterrupt.
 template <class Work>
 auto interruptible(Work&& work) {
     std::atomic<bool> stop = false;

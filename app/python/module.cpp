@@ -13,7 +13,7 @@ namespace py = pybind11;
 
 namespace sidewall::python {
 
-// Parts of the module that live in files of their own, which add their classes and functions.
+// Each adds its classes and functions: arrays.cpp, geometry.cpp, tracing.cpp, run_object.cpp.
 void add_mesh(py::module_& module);
 void add_geometry(py::module_& module);
 void add_tracing(py::module_& module);
@@ -21,7 +21,7 @@ void add_simulation(py::module_& module);
 
 namespace {
 
-// Python's class for errors of a kind.
+// Registers the Python class for a C++ exception type.
 template <class Kind>
 py::object add_exception(py::module_& module, const char* name, const py::object& bases, const char* doc) {
     py::object type = py::register_exception<Kind>(module, name, bases);
@@ -54,7 +54,7 @@ void add_exceptions(py::module_& module) {
     });
 }
 
-// Adds the class of recipes that are read and checked, which sidewall/recipe.py makes of files, texts and
+// Adds ReadRecipe, a recipe that was read and checked; sidewall/recipe.py makes it from files, texts or
 // dicts.
 void add_recipe(py::module_& module) {
     using Settings = std::vector<std::string>;

@@ -23,7 +23,7 @@ namespace {
 
 using app::SurfacePoint;
 
-// An array of one value a point.
+// An array with \p value of each point.
 template <class T, class Value>
 py::array_t<T> gathered(std::span<const SurfacePoint> points, Value&& value) {
     std::vector<T> values;
@@ -46,7 +46,7 @@ py::array_t<bool> visibility(std::span<const SurfacePoint> points) {
     return values;
 }
 
-// All that a speed law may use, as arrays.
+// All that a speed law in Python may use, as arrays.
 // \param own  the model's own speeds.
 py::object as_arrays(const app::Step& step, const app::Model& model, const app::Recipe& recipe,
                      std::span<const SurfacePoint> points, std::vector<double> own) {
@@ -168,7 +168,7 @@ Simulation::Simulation(std::shared_ptr<app::Recipe> recipe, app::RunOptions opti
     if (!law_.is_none()) options_.speeds = speeds_by(law_, *began_with_);
 }
 
-// A caller's law may ask for y: then a strip is no profile.
+// A law in Python may depend on y: a thin strip is then run as a surface in space, not as a profile.
 std::shared_ptr<app::Recipe> Simulation::as_run(std::shared_ptr<app::Recipe> recipe) const {
     if (law_.is_none() || recipe->domain.strip != app::Strip::profile) return recipe;
     auto in_space = std::make_shared<app::Recipe>(*recipe);
@@ -176,7 +176,7 @@ std::shared_ptr<app::Recipe> Simulation::as_run(std::shared_ptr<app::Recipe> rec
     return in_space;
 }
 
-// In the run's thread.
+// The body of the run's thread.
 void Simulation::run() {
     std::exception_ptr error;
     try {
@@ -192,7 +192,8 @@ void Simulation::run() {
     turn_.notify_all();
 }
 
-// In the run's thread.
+// Called in the run's thread before each time step and at the end: waits for next() or close(). Throws
+// Revised after revise().
 void Simulation::observe(const app::Moment& moment) {
     std::unique_lock lock(mutex_);
     if (std::exchange(revised_step_, std::nullopt) == moment.state.step && moment.summary == nullptr) return;
@@ -209,7 +210,7 @@ void Simulation::observe(const app::Moment& moment) {
 
 void Simulation::revise(std::shared_ptr<app::Recipe> recipe) {
     recipe = as_run(std::move(recipe));
-    if (!thread_.joinable()) {  // nothing has begun
+    if (!thread_.joinable()) {  // the run has not begun
         began_with_ = recipe_ = std::move(recipe);
         if (!law_.is_none()) options_.speeds = speeds_by(law_, *began_with_);
         return;
@@ -220,7 +221,7 @@ void Simulation::revise(std::shared_ptr<app::Recipe> recipe) {
             return app::total_duration(app::expanded_steps(of));
         };
         if (duration(*recipe) == duration(*recipe_))
-            return;  // changed in the body of the last time step's loop
+            return;  // changed in the loop's body at the end, where no time step is left
         throw RecipeError(
             "the simulation has ended: a longer recipe goes on from its folder with resume=True");
     }
@@ -313,11 +314,11 @@ It keeps what it was asked for; anything else is available only until the next t
 }
 
 app::CallerLaw speeds_by(const py::object& law, const app::Recipe& recipe) {
-    // A plain pointer, as the law is copied without the GIL; the simulation owns the callable and outlives
-    // it.
+    // A plain pointer, because the law is copied without the GIL. The simulation owns the callable and
+    // outlives the law.
     return [law = law.ptr(), &recipe](const app::Step& step, const app::Model& model,
                                       std::span<const SurfacePoint> points) {
-        constexpr std::size_t kGrain = 2048;  // fewer points do not pay for waking a thread
+        constexpr std::size_t kGrain = 2048;  // points; with fewer, waking a thread costs more than it saves
         std::vector<double> own(points.size());
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, own.size(), kGrain), [&](const auto& range) {
             for (std::size_t n = range.begin(); n != range.end(); ++n) own[n] = model.speed(points[n]);

@@ -18,8 +18,8 @@ namespace py = pybind11;
 
 class Simulation;
 
-/// Python's TimeStep: the wafer before a time step, or at the end. It keeps what was asked of it; anything else is
-/// available only until the simulation goes on.
+/// Python's TimeStep: the wafer before a time step, or at the end. Surface and measures stay available once
+/// read; everything else is available only until next() is called.
 class StepObject {
   public:
     StepObject(std::shared_ptr<Simulation> simulation, const app::Moment& moment);
@@ -33,7 +33,7 @@ class StepObject {
     py::dict fluxes();
     py::list layers();
     py::list profile(const std::string& plane);
-    /// Detaches it from the wafer, as the simulation goes on.
+    /// Detaches this object from the wafer, before the simulation continues.
     void pass() { moment_ = nullptr; }
 
   private:
@@ -45,7 +45,7 @@ class StepObject {
     std::optional<py::dict> measures_;
 };
 
-/// Python's Simulation: a run in a thread of its own that waits before every time step until the next one is asked for.
+/// Python's Simulation: a run in another thread that waits before every time step until next() is called.
 class Simulation : public std::enable_shared_from_this<Simulation> {
   public:
     /// \param law     a callable that gives the speeds, or None.
@@ -56,7 +56,7 @@ class Simulation : public std::enable_shared_from_this<Simulation> {
     Simulation(const Simulation&) = delete;
     Simulation& operator=(const Simulation&) = delete;
 
-    /// Goes on to the next time step.
+    /// Continues the run until it waits before the next time step, or at its end.
     /// \throws StopIteration after the end, and what the run throws.
     std::shared_ptr<StepObject> next();
     /// Replaces the recipe from the current time step on.
@@ -74,7 +74,7 @@ class Simulation : public std::enable_shared_from_this<Simulation> {
     void resume_and_wait();
     std::shared_ptr<app::Recipe> as_run(std::shared_ptr<app::Recipe> recipe) const;
 
-    std::shared_ptr<app::Recipe> recipe_;  // in force
+    std::shared_ptr<app::Recipe> recipe_;  // includes all revisions
     std::shared_ptr<const app::Recipe> began_with_;
     app::RunOptions options_;
     py::object law_, folder_;
@@ -84,17 +84,17 @@ class Simulation : public std::enable_shared_from_this<Simulation> {
     std::atomic<bool> stop_ = false;
     std::mutex mutex_;
     std::condition_variable turn_;
-    bool running_ = false, ended_ = false;        // the run has its turn; it has returned
-    const app::Moment* moment_ = nullptr;         // at which the run waits
-    std::shared_ptr<const app::Recipe> revised_;  // the next recipe
-    std::optional<std::size_t> revised_step_;     // whose time step is made anew
+    bool running_ = false, ended_ = false;  // the run's thread works, the caller waits; run() has returned
+    const app::Moment* moment_ = nullptr;   // where the run waits; null: it does not
+    std::shared_ptr<const app::Recipe> revised_;  // set by revise(), taken by observe()
+    std::optional<std::size_t> revised_step_;     // time step that is repeated: not observed again
     std::exception_ptr error_;
     std::thread thread_;
 };
 
-/// A speed law that calls a Python function, with arrays of all points at once (Points in sidewall/__init__.pyi), for
-/// as many speeds.
-/// \pre law and recipe outlive it.
+/// A speed law that calls a Python function with arrays of all points (Points in sidewall/__init__.pyi) and
+/// gets an array of their speeds.
+/// \pre law and recipe outlive the returned law.
 app::CallerLaw speeds_by(const pybind11::object& law, const app::Recipe& recipe);
 
 }  // namespace sidewall::python

@@ -57,7 +57,7 @@ flux::LateralBox box_of(const TriangleMesh& mesh, const std::optional<Words>& bo
     }
 }
 
-// Numbers materials from 0, and gives the sticking of each.
+// Renumbers \p materials from 0, ascending by id; returns one sticking probability for all or one for each.
 std::vector<double> sticking_of(const Sticking& sticking, std::vector<std::int32_t>& materials) {
     const auto checked = [](double value, const std::string& where) {
         if (value >= 0.0 && value <= 1.0) return value;
@@ -87,7 +87,7 @@ std::vector<double> sticking_of(const Sticking& sticking, std::vector<std::int32
 
 std::uint64_t rays_of(std::optional<double> rays, bool to_error) {
     constexpr double kDefault = 1e6,
-                     kMost = 1e10;  // with relative_error and without rays
+                     kMost = 1e10;  // limit with relative_error and without rays
     const double value = rays.value_or(to_error ? kMost : kDefault);
     if (!(value >= 1.0 && value <= 1e12) || value != std::floor(value))
         throw RecipeError("rays = {}: must be a whole number from 1 to 1e12", value);
@@ -134,7 +134,7 @@ std::shared_ptr<TriangleMesh> repaired(const py::object& points, const py::objec
     return mesh;
 }
 
-// A property that is a view of numbers that the result has.
+// The getter of a property: a read-only view of the numbers that \p member names in the result.
 template <class Member>
 auto numbers(Member member) {
     return [member](const py::object& self) {

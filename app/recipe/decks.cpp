@@ -28,7 +28,7 @@ std::vector<Key> unit_keys(Units& units) {
             {"time_unit", &units.time, "", "", one_of(time_units())}};
 }
 
-// The name of the built-in material that a word means, else the word itself.
+// The built-in material that a word means, or the word itself.
 std::string meant(std::string_view word) {
     const auto id = meant_material(default_materials(), word);
     return id ? default_materials()[static_cast<std::size_t>(*id)].name : std::string(word);
@@ -56,8 +56,8 @@ fs::path file_of_deck(const toml::node& node, const std::string& path, const std
                      deck_advice(text->get(), names)));
 }
 
-// Moves what \p own lacks from \p deck. A table of one's own with a `default` replaces the deck's, as it does
-// a key's defaults.
+// Moves to \p own what it lacks from \p deck, in tables by material too. A table with `default` replaces the
+// deck's, as it replaces a key's defaults.
 void fill(toml::table& own, toml::table& deck) {
     std::set<std::string> given;
     for (const auto& [key, node] : own) given.insert(meant(key.str()));
@@ -86,9 +86,9 @@ void use_decks(toml::table& parent, const char* key, const std::string& path, co
         use_decks(*step, "steps", here + ".steps", recipe, depth + 1, uses);
         const toml::node* named = step->get("chemistry");
         if (named == nullptr || step->contains("steps"))
-            continue;  // a loop has no such key: the reader says so
+            continue;  // a loop has no such key; the reader refuses it
         const auto same = [&](const Use& use) { return use.path == here; };
-        if (named->is_boolean() && std::ranges::any_of(uses, same)) continue;  // filled already
+        if (named->is_boolean() && std::ranges::any_of(uses, same)) continue;  // filled before
         Use use{here, read_deck(file_of_deck(*named, here + ".chemistry", recipe))};
         const toml::node* model = step->get("model");
         if (model != nullptr && model->value<std::string>() != use.deck.model)
@@ -96,14 +96,14 @@ void use_decks(toml::table& parent, const char* key, const std::string& path, co
                  fmt::format("chemistry {} is of model \"{}\": name that, or another chemistry",
                              use.deck.name, use.deck.model));
         fill(*step, *use.deck.tables["step"].as_table());
-        // Marks the step as filled: an override may still set another in its place.
+        // Marks the step as filled; a later override may set another deck.
         step->insert_or_assign("chemistry", true);
         std::erase_if(uses, same);
         uses.push_back(std::move(use));
     }
 }
 
-// All strings of a recipe but names, as the materials they may mean.
+// Collects all strings of a recipe except names, as materials that they may mean.
 void collect_materials(const toml::node& node, std::set<std::string>& found) {
     if (const auto* text = node.as_string()) found.insert(meant(text->get()));
     if (const auto* list = node.as_array())
@@ -113,7 +113,7 @@ void collect_materials(const toml::node& node, std::set<std::string>& found) {
             if (key.str() != "name") collect_materials(value, found);
 }
 
-// Makes what has come from a deck fit the recipe.
+// Fits the keys from a deck to the recipe: its units and materials, and notes.
 class Fitting {
   public:
     Fitting(const toml::table& root, const Use& use, std::vector<std::string>& notes)
@@ -143,7 +143,7 @@ class Fitting {
             const bool text = std::holds_alternative<Expressions*>(key.target);
             if (toml::table* values = node->as_table();
                 values != nullptr && (numbers != nullptr || (text && key.rule.material))) {
-                // Where the key has no default, the program asks for what lacks a number.
+                // For a key without a default the program itself refuses missing numbers.
                 if (numbers == nullptr || (*numbers)->fallback) note_unknown(*values, inner + key.name);
                 const std::vector<std::string> idle = drop_idle(*values);
                 for (const std::string& name : idle)
@@ -200,7 +200,7 @@ class Fitting {
         return node.source().path && *node.source().path == use_.deck.file.string();
     }
 
-    // The size of a key's unit in the deck, in that of the recipe.
+    // Factor that converts a key's number from the deck's units to the recipe's.
     double factor(const std::string& unit) const {
         const double power = unit.starts_with("length^2") ? 2.0 : unit.starts_with("length") ? 1.0 : 0.0;
         return std::pow(length_, power) * (unit == "time"            ? time_
@@ -223,7 +223,7 @@ class Fitting {
                  "has a unit: write it with a decimal point, so that a recipe of other units can use it");
     }
 
-    // The deck may know materials that the wafer never has.
+    // Removes the deck's numbers for materials that the wafer never has, and returns these materials.
     std::vector<std::string> drop_idle(toml::table& values) const {
         std::vector<std::string> idle;
         for (const auto& [name, value] : values)
@@ -239,7 +239,7 @@ class Fitting {
         return node == nullptr ? NAN : node->value<double>().value_or(NAN);
     }
 
-    // The factor of a key, or of the table by material that the key is in.
+    // Factor of a key, or of the table by material that contains it.
     double factor_of(const std::string& key) const {
         auto found = factors_.find(key);
         if (found == factors_.end()) found = factors_.find(key.substr(0, key.rfind('.')));
@@ -266,18 +266,18 @@ class Fitting {
 
     const Use& use_;
     std::vector<std::string>& notes_;
-    std::set<std::string> materials_, idle_;  // idle: keys of materials that the wafer never has
+    std::set<std::string> materials_, idle_;  // idle_: keys of materials that the wafer never has
     bool every_material_;
-    std::map<std::string, double> factors_;  // from the deck's units into the recipe's, by key
+    std::map<std::string, double> factors_;  // by key: conversion from the deck's units to the recipe's
     double length_ = 1.0, time_ = 1.0;
 };
 
 void fit_deck(toml::table& root, const Use& use, std::vector<std::string>& notes) {
-    // The caller's own tables, which find_node shows as constant.
+    // find_node returns part of the caller's own, writable tables as constant.
     auto* step = const_cast<toml::node*>(find_node(root, use.path));
     if (step == nullptr || !step->is_table()) return;
     toml::table& table = *step->as_table();
-    if (!table["chemistry"].is_boolean()) return;  // replaced since
+    if (!table["chemistry"].is_boolean()) return;  // replaced by a later override
     table.insert_or_assign("chemistry", use.deck.name);
     Step keys;
     keys.model = table["model"].value<std::string>().value_or("");
@@ -336,8 +336,8 @@ toml::table recipe_tables(std::string_view text, const std::string& file,
                           const std::vector<std::string>& overrides, std::vector<std::string>& notes) {
     toml::table root = parse_toml(text, file);
     std::vector<Use> uses;
-    // Overrides change what decks give, so that those that choose one come first; one that sets a whole step
-    // may name another.
+    // Overrides change what decks give, so those that choose decks come first. One that sets a whole step may
+    // choose another deck.
     for (const bool choosing : {true, false}) {
         for (const std::string& setting : overrides)
             if (setting.substr(0, end_of_key(setting)).ends_with(".chemistry") == choosing)

@@ -13,7 +13,7 @@
 namespace sidewall::app {
 namespace {
 
-// Sections are copied: keys point to members that could be written, though they are only read here.
+// Takes a copy of the section, because keys point to writable members.
 template <class Section>
 std::string keys_text(Section section, const DomainSection& units) {
     std::string text;
@@ -33,9 +33,9 @@ std::string section_text(const std::string& header, const Section& section, cons
     return fmt::format("\n{}\n{}", header, keys_text(section, units));
 }
 
-// What a key says that may name materials.
+// Adds the materials that a key's value names, and other strings.
 void collect(const Key& key, std::set<std::string>& names) {
-    // Without a value for all others a table lists what is published, wanted or not.
+    // A table without a value for all other materials lists published numbers, not the user's choice.
     if (auto* by_material = std::get_if<ByMaterial*>(&key.target); by_material && (*by_material)->fallback)
         for (const auto& [name, number] : (*by_material)->named) names.insert(name);
     if (auto* expressions = std::get_if<Expressions*>(&key.target))
@@ -53,7 +53,7 @@ void collect(const std::vector<Step>& steps, std::set<std::string>& names) {
     }
 }
 
-// Materials that the recipe names, and those that are not as built in; in the order of their ids.
+// Tables of the materials that the recipe names or that differ from the built-in ones, by ascending id.
 std::string materials_text(const Recipe& recipe) {
     std::set<std::string> named;
     for (const Layer& layer : recipe.layers) {
@@ -76,7 +76,7 @@ std::string steps_text(const std::vector<Step>& steps, const std::string& header
     std::string text;
     for (const Step& step : steps) {
         Step plain = step;
-        plain.chemistry.clear();  // its keys are all here
+        plain.chemistry.clear();  // all of the deck's keys are written here
         text += section_text("[[" + header + "]]", plain, units);
         text += steps_text(step.steps, header + ".steps", units);
     }
@@ -89,7 +89,7 @@ std::string value_of(const std::vector<Key>& keys, const std::string& key) {
     return "absent";
 }
 
-// Sections are copied: keys point to members that could be written, though they are only read here.
+// Takes copies of the sections, because keys point to writable members.
 template <class Section>
 void compare(const std::string& path, Section now, Section there, std::vector<std::string>& list) {
     const std::vector<Key> here = keys_of(now), then = keys_of(there);
@@ -149,7 +149,7 @@ std::vector<std::string> differences(const Step& now, const Step& there) {
     std::vector<std::string> list;
     Step unnamed = now;
     unnamed.name = there.name;
-    unnamed.chemistry = there.chemistry;  // its keys are compared
+    unnamed.chemistry = there.chemistry;  // the keys that it gave are compared
     compare("", unnamed, there, list);
     return list;
 }

@@ -6,14 +6,14 @@
 
 namespace sidewall::app {
 
-/// The whole recipe as TOML with every default written out. Parses back to an equal recipe, but for the notes.
+/// The whole recipe as TOML, with all defaults. It parses to an equal recipe, except for the notes.
 std::string effective_recipe(const Recipe& recipe);
 
-/// How two recipes differ in all but their steps, a text a key: "flux.seed = 2 (there 1)". Materials that only
-/// \p now has, behind the others, are none.
+/// Differences of two recipes in everything but steps, one text a key: "flux.seed = 2 (there 1)". Materials
+/// that \p now has in addition, after those of \p there, do not count.
 std::vector<std::string> differences(const Recipe& now, const Recipe& there);
 
-/// How two steps of unrolled loops differ in all but their names and in steps of their own.
+/// Differences of two steps of unrolled loops in everything but names and inner steps.
 std::vector<std::string> differences(const Step& now, const Step& there);
 
 }  // namespace sidewall::app

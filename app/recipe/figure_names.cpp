@@ -16,8 +16,7 @@
 namespace sidewall::app {
 namespace {
 
-// The words of [metrology] measures, each with the figures that it stands for (results/metrology.cpp); those
-// of cd name depths.
+// Words of [metrology] measures with the figures of each (results/metrology.cpp); those of cd name depths.
 const std::vector<std::pair<std::string, std::vector<std::string>>> kFigures = {
     {"depth", {"depth"}},
     {"cd", {}},
@@ -31,7 +30,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> kFigures = {
     {"film", {"film_top", "film_side", "film_bottom", "step_coverage_side", "step_coverage_bottom"}},
 };
 
-// What a figure's name begins with, and what it names.
+// Form of a figure's name: its prefix, and whether a material and a place follow.
 struct Form {
     const char* prefix;
     FigureKind kind;
@@ -52,8 +51,7 @@ bool contains(const std::vector<std::string>& list, const std::string& name) {
     return std::find(list.begin(), list.end(), name) != list.end();
 }
 
-// What every run's summary has (process/record/summary.cpp); volumes only of materials that ever were on the
-// wafer.
+// Figures in every run's summary (process/record/summary.cpp); volumes only of materials once on the wafer.
 std::vector<std::string> figures_of_all(const Recipe& recipe) {
     std::vector<std::string> names{"mean_rate"};
     for (const Material& material : recipe.materials)
@@ -61,7 +59,7 @@ std::vector<std::string> figures_of_all(const Recipe& recipe) {
     return names;
 }
 
-// The rest of a name after its prefix, cut at the place.
+// Reads a name by one form; no value if it has another.
 std::optional<Figure> read_as(const Form& form, const std::string& name, const Materials& materials) {
     const std::string prefix = fmt::format("{}_", form.prefix);
     if (!name.starts_with(prefix)) return std::nullopt;
@@ -71,7 +69,7 @@ std::optional<Figure> read_as(const Form& form, const std::string& name, const M
         const std::size_t at = rest.rfind("_at_");
         if (at == std::string::npos) return std::nullopt;
         const auto number = finite_number(rest.substr(at + 4));
-        // One name a place: what the summary prints.
+        // Only the spelling that the summary prints is accepted, so that a place has one name.
         if (!number || rest.substr(at + 4) != fmt::format("{:g}", *number)) return std::nullopt;
         figure.at = *number;
         rest = rest.substr(0, at);
@@ -83,7 +81,7 @@ std::optional<Figure> read_as(const Form& form, const std::string& name, const M
     return figure;
 }
 
-// FIGURE_without_MATERIAL, of a figure that is measured.
+// Reads FIGURE_without_MATERIAL, where FIGURE is a measured one.
 std::optional<Figure> read_without(const std::string& name, const Materials& materials) {
     constexpr std::string_view kWithout = "_without_";
     const std::size_t at = name.rfind(kWithout);
@@ -101,7 +99,7 @@ void add_once(auto& list, const auto& value) {
     if (std::find(list.begin(), list.end(), value) == list.end()) list.push_back(value);
 }
 
-// The material of "bare(MATERIAL)"; -1 if the name has another form.
+// Material id in "bare(MATERIAL)"; -1 if the name has another form.
 int bare_material(const Recipe& recipe, const std::string& name) {
     const std::string_view view = name;
     if (!view.starts_with("bare(") || !view.ends_with(")")) return -1;
@@ -139,7 +137,7 @@ std::optional<std::string> word_of(const Recipe& recipe, const std::string& figu
     if (const auto named = named_figure(figure, recipe.materials))
         return named->kind == FigureKind::opening ? "cd" : figure;
     if (contains(figures_of_all(recipe), figure)) return "";
-    return std::nullopt;  // a word that stands for several figures is none itself
+    return std::nullopt;  // a word that stands for several figures is no figure
 }
 
 std::string nearest_figure(const Recipe& recipe, const std::string& name) {
@@ -147,7 +145,7 @@ std::string nearest_figure(const Recipe& recipe, const std::string& name) {
     for (const auto& [word, figures] : kFigures) known.insert(known.end(), figures.begin(), figures.end());
     const auto always = figures_of_all(recipe);
     known.insert(known.end(), always.begin(), always.end());
-    // The place in the one form there is, and each material.
+    // Names with a place get the place asked for, or 0.5; those with a material get each material.
     const std::size_t at = name.rfind("_at_");
     const auto number = at == std::string::npos ? std::nullopt : finite_number(name.substr(at + 4));
     const std::string place = fmt::format("_at_{:g}", number.value_or(0.5));
@@ -157,7 +155,7 @@ std::string nearest_figure(const Recipe& recipe, const std::string& name) {
         for (std::size_t m = 0; form.material && m < recipe.materials.size(); ++m)
             known.push_back(fmt::format("{}_{}{}", form.prefix, recipe.materials[m].name, end));
     }
-    std::erase(known, name);  // it was refused
+    std::erase(known, name);  // the refused name may be of a known form
     return did_you_mean(": ", name, known, "; see sidewall models metrology");
 }
 

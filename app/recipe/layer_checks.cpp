@@ -9,12 +9,12 @@
 namespace sidewall::app {
 namespace {
 
-// What a shape takes up along one axis.
+// Extent of a shape along one axis of the domain.
 struct Reach {
-    bool covers = false;  // the whole domain
-    bool misses = false;
-    double width = 0.0;       // of the shape, with what sides mirror
-    double rest = kInfinity;  // beside it up to its next repetition
+    bool covers = false;      // the shape spans the whole domain
+    bool misses = false;      // the shape lies outside the domain
+    double width = 0.0;       // width of the shape, mirror images at the sides included
+    double rest = kInfinity;  // distance to its next image
 };
 
 Reach reach_of(double low, double high, const levelset::Domain& domain, std::size_t axis) {
@@ -28,17 +28,17 @@ Reach reach_of(double low, double high, const levelset::Domain& domain, std::siz
     }
     reach.covers = low <= min + tiny && high >= max - tiny;
     reach.misses = high <= min + tiny || low >= max - tiny;
-    // A side that the shape crosses mirrors what lies within, one that it does not the rest.
+    // A side mirrors the part of a shape that crosses it, or the space between it and a shape that does not.
     for (const double inside : {high - min, max - low}) reach.width = std::min(reach.width, 2.0 * inside);
     for (const double beside : {low - min, max - high})
         if (beside > tiny) reach.rest = std::min(reach.rest, 2.0 * beside);
     return reach;
 }
 
-// A shape as far as its walls go.
+// Horizontal and vertical size of a shape with walls.
 struct Walls {
-    const char* key = "width";  // that sets the width
-    // Half-widths along x and y at the flat surface; y is 0 where it has no end.
+    const char* key = "width";  // key that sets the width
+    // Half-widths along x and y at the flat surface; 0 along an axis where it is endless.
     std::array<double, 2> half{};
     double length = 0.0;  // along z
     bool recess = true;
@@ -78,13 +78,13 @@ std::optional<Walls> walls_of(const Layer& layer, double thickness) {
     return std::nullopt;
 }
 
-// The shape grown by \p lean on every side.
+// Extents along x and y of the shape widened by \p lean on every side.
 std::array<Reach, 2> reaches(const Layer& layer, const Walls& walls, double lean,
                              const levelset::Domain& domain) {
     std::array<Reach, 2> reach;
     for (std::size_t axis = 0; axis < 2; ++axis) {
         if (walls.half[axis] == 0.0) {
-            reach[axis].covers = true;  // it has no ends
+            reach[axis].covers = true;  // endless along this axis
             reach[axis].width = kInfinity;
             continue;
         }
@@ -94,11 +94,11 @@ std::array<Reach, 2> reaches(const Layer& layer, const Walls& walls, double lean
     return reach;
 }
 
-// Whether nothing of the domain is left beside the shape grown by \p lean.
+// Whether the shape, widened by \p lean on every side, covers the whole domain.
 bool covers(const Layer& layer, const Walls& walls, double lean, const levelset::Domain& domain) {
     const std::array<Reach, 2> reach = reaches(layer, walls, lean, domain);
     if (!walls.round) return reach[0].covers && reach[1].covers;
-    // A circle that holds the corner farthest from its centre.
+    // A circle covers the domain if it contains the corner farthest from its centre.
     std::array<double, 2> farthest{};
     for (std::size_t axis = 0; axis < 2; ++axis)
         farthest[axis] = domain.side[axis] == levelset::Side::periodic
@@ -122,13 +122,13 @@ void check_place(const Layer& layer, const Walls& walls, const levelset::Domain&
                   domain.axial ? fmt::format("r from 0 to {:g}", domain.max[0]) : size + " and centred on 0");
 }
 
-// Walls that lean must neither meet nor reach their neighbours before their end.
+// Tapered walls must neither meet nor reach their neighbours before the shape's end.
 void check_taper(const Layer& layer, const Walls& walls, const levelset::Domain& domain) {
     if (!std::isfinite(walls.length) || walls.length <= 0.0 || layer.taper_deg == 0.0) return;
     const double degree = std::numbers::pi / 180.0, slope = std::tan(layer.taper_deg * degree);
     double half = walls.half[0];
     if (walls.half[1] > 0.0) half = std::min(half, walls.half[1]);
-    constexpr double kSharp = 1e-3;  // share by which a V that was asked for may miss
+    constexpr double kSharp = 1e-3;  // relative tolerance for walls that are meant to meet exactly at the end
     const char* extent = layer.shape == "trench" || layer.shape == "hole" ? "depth" : "height";
     if (slope * walls.length > (1.0 + kSharp) * half)
         throw KeyError(
@@ -148,7 +148,7 @@ void check_width(const Layer& layer, const Walls& walls, const levelset::Domain&
     const double dx = domain.spacing, least = kFewestCells * dx * (1.0 - kRounding);
     double width = kInfinity, rest = width;
     for (const Reach& reach : reaches(layer, walls, 0.0, domain)) {
-        if (reach.covers) continue;  // a wall from side to side
+        if (reach.covers) continue;  // no edge along this axis
         width = std::min(width, reach.width);
         rest = std::min(rest, reach.rest);
     }
@@ -158,13 +158,13 @@ void check_width(const Layer& layer, const Walls& walls, const levelset::Domain&
         fmt::format("{} is {:.3g} cells wide", beside ? walls.beside() : walls.itself(), narrowest / dx);
     const std::string finer = fmt::format("use a grid_spacing of {:.2g} or less", narrowest / kGoodCells);
     if (narrowest < least)
-        raise_key(walls.key, "{}, and the grid loses what is under {:g}: {}", what, kFewestCells, finer);
+        raise_key(walls.key, "{}, and the grid loses shapes under {:g} cells: {}", what, kFewestCells, finer);
     if (narrowest < kGoodCells * dx * (1.0 - kRounding))
         notes.push_back(fmt::format("{}.{}: {}: under {:g} its corners and fluxes are coarse; {}", path,
                                     walls.key, what, kGoodCells, finer));
 }
 
-// Shapes placed by their centre may be lower than they are wide.
+// Checks the height of shapes placed by their centre, which may be lower than they are wide.
 void check_thickness(const Layer& layer, const Walls& walls, const levelset::Domain& domain,
                      const std::string& path, std::vector<std::string>& notes) {
     if (!layer.z) return;
@@ -174,27 +174,28 @@ void check_thickness(const Layer& layer, const Walls& walls, const levelset::Dom
     const double cells = walls.length / domain.spacing * (1.0 + kRounding);
     const std::string finer = fmt::format("use a grid_spacing of {:.2g} or less", walls.length / kGoodCells);
     if (cells < kFewestCells)
-        throw KeyError(
-            key, fmt::format("the {} is only {:.3g} cells high, and the grid loses what is under {:g}: {}",
-                             layer.shape, cells, kFewestCells, finer));
+        throw KeyError(key,
+                       fmt::format("the {} is only {:.3g} cells high, and the grid loses shapes under {:g} "
+                                   "cells: {}",
+                                   layer.shape, cells, kFewestCells, finer));
     if (cells < kGoodCells)
         notes.push_back(fmt::format(
             "{}.{}: the {} is {:.3g} cells high: under {:g} its corners and fluxes are coarse; {}", path, key,
             layer.shape, cells, kGoodCells, finer));
 }
 
-// A film that thin is what it is until it is undercut.
+// Notes that a layer is thin: it keeps its thickness only until it is undercut.
 void note_thin(double thickness, const levelset::Domain& domain, const std::string& path,
                std::vector<std::string>& notes) {
     const double cells = thickness / domain.spacing * (1.0 + kRounding);
     if (!(cells > 0.0) || cells >= kFewestCells) return;
     notes.push_back(fmt::format(
-        "{}: the layer is {:.3g} cells thick: where it is undercut, under {:g} it becomes up to half a cell "
-        "thinner or thicker, or goes; if it is to hold, use a grid_spacing of {:.2g} or less",
+        "{}: the layer is {:.3g} cells thick: where it is undercut, a layer under {:g} cells becomes up to "
+        "half a cell thinner or thicker, or vanishes; to keep it, use a grid_spacing of {:.2g} or less",
         path, cells, kFewestCells, thickness / kFewestCells));
 }
 
-// make_body.cpp rounds a box's edges: what is left of it within the rounding must be a box.
+// make_body.cpp rounds a box by offsetting a smaller box, which must exist.
 void check_edges(const Layer& layer) {
     if (layer.shape != "box" || layer.radius == 0.0) return;
     const double angle = layer.taper_deg * std::numbers::pi / 180.0, sine = std::abs(std::sin(angle));
@@ -208,7 +209,7 @@ void check_edges(const Layer& layer) {
             fmt::format("the edges are rounder than the box is wide or high; use less than {:.4g}", most));
 }
 
-// Whether a mesh reaches no farther than \p most from z = 0 and meets the domain.
+// Checks that a mesh lies within \p most of z = 0 and meets the domain.
 void check_mesh_place(const Box3& bounds, const levelset::Domain& domain, double most) {
     if (std::max(std::abs(bounds.min.z()), std::abs(bounds.max.z())) > most)
         raise_key("file",
@@ -233,7 +234,7 @@ void check_shape(const Layer& layer, double thickness, const levelset::Domain& d
     note_thin(thickness, domain, path, notes);
     std::optional<Walls> walls = walls_of(layer, thickness);
     if (!walls) return;
-    if (domain.axial) walls->half[1] = 0.0, walls->round = false;  // what is seen in its plane
+    if (domain.axial) walls->half[1] = 0.0, walls->round = false;  // as seen in the plane of r and z
     check_place(layer, *walls, domain);
     check_taper(layer, *walls, domain);
     check_width(layer, *walls, domain, path, notes);
@@ -250,8 +251,8 @@ void check_mesh(const Layer& layer, const levelset::Domain& domain, double most,
             notes.push_back(fmt::format("{}.file: {}", path, words));
         if (imported.over > 0)
             notes.push_back(
-                fmt::format("{}.file: {} of its bodies reach over periodic sides, and go on at the "
-                            "opposite ones",
+                fmt::format("{}.file: {} of its bodies cross periodic sides, and continue at the opposite "
+                            "ones",
                             path, imported.over));
     } catch (const GeometryError& error) {
         throw KeyError("file", error.what());

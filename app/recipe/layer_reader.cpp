@@ -18,12 +18,12 @@ namespace {
 
 constexpr std::int64_t kMostLayers = 10'000;
 
-// Placed by its centre, wherever the flat surface is.
+// Whether the layer is placed by its centre, not by the flat surface.
 bool is_free(const Layer& layer) {
     return layer.shape == "sphere" || layer.shape == "cylinder" || layer.shape == "gap";
 }
 
-// What only a layer on others can be.
+// Refuses a first layer that needs others below it.
 void refuse_first(const Layer& layer) {
     if (layer.subtract)
         throw KeyError("subtract",
@@ -35,16 +35,17 @@ void refuse_first(const Layer& layer) {
         throw KeyError("depth", "missing: a trench or hole in the first layer must end somewhere");
 }
 
-// A mask that is cut out ends at a depth, one that is added at what lies below it or at its base.
+// A mask that is cut out ends at a depth; one that is added ends at the layer below or at its base.
 void check_ends(const Layer& layer) {
     if (layer.subtract && !layer.depth)
-        throw KeyError("depth", "missing: what is cut out must end somewhere below the flat surface");
-    if (layer.subtract && layer.base) throw KeyError("base", "what is cut out ends at depth: drop base");
+        throw KeyError("depth", "missing: a mask that is cut out must end somewhere below the flat surface");
+    if (layer.subtract && layer.base)
+        throw KeyError("base", "a mask that is cut out ends at depth: drop base");
     if (!layer.subtract && layer.depth)
-        throw KeyError("depth", "is of what is cut out: set subtract = true, or give base");
+        throw KeyError("depth", "is for a mask that is cut out: set subtract = true, or give base");
 }
 
-// Fills in what a layer takes from those below it. \p top is the flat surface so far.
+// Sets what follows from the layers below. \p top is the height of the flat surface so far.
 void place_layer(Layer& layer, bool first, double& top, const std::filesystem::path& folder) {
     if (layer.shape == "stack") {
         if (first) throw KeyError("shape", "a stack stands on a substrate: put a plane layer before it");
@@ -57,7 +58,7 @@ void place_layer(Layer& layer, bool first, double& top, const std::filesystem::p
     }
     find_file(layer, folder);
     if (layer.subtract && !layer.material.empty())
-        throw KeyError("material", "what is cut out has none: drop it, or subtract");
+        throw KeyError("material", "a layer that is cut out has none: drop it, or subtract");
     if (layer.shape == "mesh" && !first) return;
     if (layer.top && layer.thickness) throw KeyError("thickness", "give top or thickness, not both");
     if (first) refuse_first(layer);
@@ -80,7 +81,7 @@ void place_layer(Layer& layer, bool first, double& top, const std::filesystem::p
     if (!layer.subtract) top = *layer.top;
 }
 
-// Heights beyond these are typing errors, and node indices must not overflow.
+// Larger heights are typing errors, and would overflow node indices.
 void check_height(const Layer& layer, double top, double spacing) {
     const auto check = [&](const char* key, double z) {
         if (std::abs(z) > kMostCells * spacing)
@@ -99,8 +100,8 @@ void check_height(const Layer& layer, double top, double spacing) {
     if (layer.axis == "z") check("length", layer.length.value_or(0.0));
 }
 
-// Whether the layer's shape makes sense on the grid. Files are opened here, so that `check` finds what is
-// wrong with them. \p below is the flat surface that it stands on, minus infinity for the first layer.
+// Checks the layer's shape against the grid. Reads its file, so that `sidewall check` finds errors there.
+// \param below  height of the flat surface under the layer, minus infinity for the first layer.
 void check_layer(const Layer& layer, double below, const toml::table& table, const std::string& path,
                  Recipe& recipe) {
     const levelset::Domain domain = domain_of(recipe);
@@ -123,7 +124,7 @@ void check_layer(const Layer& layer, double below, const toml::table& table, con
         } else if (layer.shape != "stack")
             check_shape(layer, layer.top && !layer.subtract ? *layer.top - below : kHuge, domain, path,
                         recipe.notes);
-    } catch (const FileError& error) {  // names the layer's file
+    } catch (const FileError& error) {  // the message names the file
         throw FileError("{}: {}.file: {}", place_of(*table.get("file")), path, error.what());
     }
 }
@@ -145,9 +146,9 @@ void read_layers(const toml::table& root, Recipe& recipe) {
         const std::string path = fmt::format("layer[{}]", i);
         Layer& layer = recipe.layers.emplace_back();
         const Reading reading{recipe.materials, recipe.notes};
-        read_key(*tables[i], path, keys_of(layer)[0], reading);  // the shape decides which keys there are,
+        read_key(*tables[i], path, keys_of(layer)[0], reading);  // the shape decides which keys there are
         if (layer.shape != "plane" && layer.shape != "stack")
-            read_key(*tables[i], path, keys_of(layer)[1], reading);  // and whether it is cut out
+            read_key(*tables[i], path, keys_of(layer)[1], reading);  // so does whether the layer is cut out
         read_keys(*tables[i], path, "a " + layer.shape, keys_of(layer), reading);
         located(*tables[i], path, [&] {
             const double below = i == 0 ? -kInfinity : top;

@@ -6,11 +6,11 @@
 
 namespace sidewall::app {
 
-/// Reads [[layer]] into \p recipe, whose domain and materials are read.
+/// Reads [[layer]] into \p recipe. \pre its domain and materials are read.
 /// \throws RecipeError.
 void read_layers(const toml::table& root, Recipe& recipe);
 
-/// Makes file names of the step's pattern absolute and checks that it makes sense on the grid.
+/// Makes the file name of the step's pattern absolute, and checks the pattern against the grid.
 /// \throws RecipeError.
 void place_pattern(const toml::table& table, const std::string& path, Step& step, Recipe& recipe);
 

@@ -16,7 +16,7 @@
 namespace sidewall::app {
 namespace {
 
-// Names for a message: ten at most.
+// The first ten names, for a message.
 std::string first_of(const auto& names) {
     std::string list;
     for (int count = 0; const std::string& name : names) {
@@ -26,7 +26,7 @@ std::string first_of(const auto& names) {
     return list;
 }
 
-// The blur of a mask's outlines; nothing if they are as drawn.
+// The blur of a mask's outlines; no value if they are used as drawn.
 std::optional<levelset::Blur> blur_of(const Layer& layer) {
     if (layer.blur.empty()) return std::nullopt;
     return levelset::Blur{layer.blur, layer.blur_weights, layer.blur_threshold.value_or(0.5)};
@@ -85,81 +85,95 @@ Key position_key(Layer& layer, const char* doc) {
 }
 
 std::vector<Key> outline_keys(Outline& outline) {
-    return {{"points", &outline.points, kLengthKind, "x and y of the corners in turn", required()}};
+    return {{"points", &outline.points, kLengthKind,
+             "x and y of the first corner, of the second, and so on around the outline", required()}};
 }
 
-// What is drawn as outlines, listed or in a layout file.
+// Adds the keys of outlines, listed or in a layout file.
 void add_polygons(Layer& layer, std::vector<Key>& list) {
     list.push_back({"polygons", table_list(layer.polygons, outline_keys), "",
-                    "outlines, which must not cross or lie in one another; or give a file"});
+                    "outlines seen from above, which must not cross or lie in one another; or give a file"});
     list.push_back(
         {"file", &layer.file, "",
-         "a layout, GDSII or OASIS, plain or in gzip, beside the recipe, instead of polygons; outlines that overlap are united"});
-    list.push_back({"cell", &layer.cell, "", "of the file; default its only top cell"});
-    list.push_back({"gds_layer", &layer.gds_layer, "", "of the file", within(0.0, 65535.0)});
-    list.push_back({"gds_datatype", &layer.gds_datatype, "", "of the file", within(0.0, 65535.0)});
+         "layout file with the outlines, instead of polygons: GDSII or OASIS, plain or in gzip, relative "
+         "to the recipe; outlines that overlap are united"});
+    list.push_back({"cell", &layer.cell, "", "cell of the layout file; default: its only top cell"});
+    list.push_back(
+        {"gds_layer", &layer.gds_layer, "", "layer number in the layout file", within(0.0, 65535.0)});
+    list.push_back({"gds_datatype", &layer.gds_datatype, "", "datatype number in the layout file",
+                    within(0.0, 65535.0)});
     list.push_back(
         {"blur", &layer.blur, kLengthKind,
-         "standard deviations of Gaussians that blur the outlines before they are cut at blur_threshold: how "
-         "neighbours and corners print; under a fifth of grid_spacing hardly seen",
+         "standard deviations of the Gaussians that blur the outlines, as lithography rounds corners and "
+         "joins neighbours; what prints is above blur_threshold. Less than a fifth of grid_spacing has "
+         "hardly any effect",
          kPositive});
     list.push_back({"blur_weights", &layer.blur_weights, "",
-                    "of blur's Gaussians; their sum counts as 1; default equal", kPositive});
+                    "weights of the Gaussians of blur, scaled to a sum of 1; default: equal", kPositive});
     list.push_back({"blur_threshold", &layer.blur_threshold, "",
-                    "of what lies under a large polygon, below 1: what is above prints; default 0.5",
+                    "threshold above which blurred outlines print, as a share of the value inside a large "
+                    "polygon, below 1; default 0.5",
                     positive_to(1.0)});
 }
 
 void add_mask(Layer& layer, std::vector<Key>& list) {
     add_polygons(layer, list);
-    list.push_back({"openings", &layer.openings, "", "the polygons are open; else they are what stays"});
-    list.push_back(
-        {"base", &layer.base, kLengthKind, "z of its underside; default: it stands on what is below"});
+    list.push_back({"openings", &layer.openings, "",
+                    "true: the polygons are openings in the layer; false: the layer is there only in the "
+                    "polygons"});
+    list.push_back({"base", &layer.base, kLengthKind,
+                    "z of the layer's underside; default: it stands on what is below"});
     list.push_back({"depth", &layer.depth, kLengthKind,
-                    "with subtract, and needed then: below the flat surface", kPositive});
-    list.push_back(position_key(layer, "of the polygons' origin, x and y"));
+                    "with subtract, and required then: depth of the cut below the flat surface", kPositive});
+    list.push_back(position_key(layer, "x and y of the polygons' origin"));
 }
 
-// Shapes with a centre of their own.
+// Adds the keys of shapes with a centre: sphere, cylinder, gap.
 void add_free(Layer& layer, std::vector<Key>& list) {
-    list.push_back(
-        {"z", &layer.z, kLengthKind, "of the centre; default that of the flat surface so far", {}});
+    list.push_back({"z",
+                    &layer.z,
+                    kLengthKind,
+                    "z of the centre; default: that of the flat surface of the layers below",
+                    {}});
     if (layer.shape == "gap") {
-        list.push_back({"height", &layer.height, kLengthKind, "along z", required(kPositive)});
-        list.push_back({"length", &layer.length, kLengthKind, "along x", kThroughOrAbove0});
-        list.push_back({"width", &layer.span, kLengthKind, "along y", kThroughOrAbove0});
+        list.push_back({"height", &layer.height, kLengthKind, "height along z", required(kPositive)});
+        list.push_back({"length", &layer.length, kLengthKind, "length along x", kThroughOrAbove0});
+        list.push_back({"width", &layer.span, kLengthKind, "width along y", kThroughOrAbove0});
     } else {
         list.push_back(
-            {"radius", &layer.radius, kLengthKind, "from the centre or axis", required(kPositive)});
+            {"radius", &layer.radius, kLengthKind, "radius of the sphere or cylinder", required(kPositive)});
     }
     if (layer.shape == "cylinder") {
-        list.push_back({"axis", &layer.axis, "", "along which it lies", one_of({"x", "y", "z"})});
         list.push_back(
-            {"length", &layer.length, kLengthKind, "along the axis; needed along z", kThroughOrAbove0});
+            {"axis", &layer.axis, "", "direction of the cylinder's axis", one_of({"x", "y", "z"})});
+        list.push_back({"length", &layer.length, kLengthKind,
+                        "length along the axis; required if the axis is z", kThroughOrAbove0});
     }
-    list.push_back(position_key(layer, "centre, x and y"));
+    list.push_back(position_key(layer, "x and y of the centre"));
 }
 
 void add_profile(Layer& layer, std::vector<Key>& list) {
     list.push_back(
         {"file", &layer.file, "",
-         "CSV of x and z, a point a line, a unit in the heading is converted: a curve with material below it, or a "
-         "closed outline whose last point is the first",
+         "CSV file of points x, z, one a line, relative to the recipe: a curve with material below it, or "
+         "a closed outline whose last point is the first. A unit in the heading is converted",
          required()});
     list.push_back(
         {"sweep", &layer.sweep, "",
-         "extrusion: drawn out along y; revolution: turned about the vertical axis, x its distance",
+         "extrusion: the profile is extended along y; revolution: it is turned about the vertical axis, x "
+         "being the radius",
          one_of({"extrusion", "revolution"})});
-    list.push_back(position_key(layer, "of x = 0, x and y"));
+    list.push_back(position_key(layer, "x and y at which the profile's x = 0 lies"));
 }
 
 void add_walls(Layer& layer, std::vector<Key>& list) {
     const std::string& shape = layer.shape;
     if (shape == "trench" || shape == "fin")
         list.push_back(
-            {"width", &layer.width, kLengthKind, "along x, at the flat surface", required(kPositive)});
+            {"width", &layer.width, kLengthKind, "width along x at the flat surface", required(kPositive)});
     if (shape == "hole")
-        list.push_back({"radius", &layer.radius, kLengthKind, "at the flat surface", required(kPositive)});
+        list.push_back(
+            {"radius", &layer.radius, kLengthKind, "radius at the flat surface", required(kPositive)});
     if (shape == "box")
         list.push_back({"size", std::span<double>(layer.size), kLengthKind, "x and y lengths at the foot",
                         required(kPositive)});
@@ -167,18 +181,20 @@ void add_walls(Layer& layer, std::vector<Key>& list) {
         Rule rule = kThroughOrAbove0;
         if (layer.subtract) rule = required(kPositive);
         list.push_back({"depth", &layer.depth, kLengthKind,
-                        "below the flat surface; required in the first layer", rule});
+                        "depth below the flat surface; required in the first layer", rule});
     } else {
-        list.push_back({"height", &layer.height, kLengthKind, "above the flat surface", required(kPositive)});
+        list.push_back(
+            {"height", &layer.height, kLengthKind, "height above the flat surface", required(kPositive)});
     }
-    list.push_back(position_key(layer, "centre, x and y"));
+    list.push_back(position_key(layer, "x and y of the centre"));
     list.push_back(
         {"taper_deg", &layer.taper_deg, kDegree,
-         "walls from the vertical; positive narrows a trench or hole downwards, a fin or box upwards",
+         "angle of the walls from the vertical; positive narrows a trench or hole downwards, a fin or box "
+         "upwards",
          within(-80.0, 80.0)});
     if (shape == "box")
-        list.push_back({"radius", &layer.radius, kLengthKind, "of its edges but those of its foot; 0 = sharp",
-                        kNotNegative});
+        list.push_back({"radius", &layer.radius, kLengthKind,
+                        "radius of the rounded edges, all but those of the foot; 0 = sharp", kNotNegative});
 }
 
 }  // namespace
@@ -270,14 +286,14 @@ std::vector<levelset::Polygon> check_print(const Layer& layer, const std::vector
                                            std::vector<std::string>& notes) {
     const std::optional<levelset::Blur> blur = blur_of(layer);
     if (!blur && !layer.blur_weights.empty())
-        throw KeyError("blur_weights", "are of blur: give its sigmas, too, or drop these");
+        throw KeyError("blur_weights", "weight the Gaussians of blur: give blur, too, or drop these");
     if (!blur && layer.blur_threshold)
-        throw KeyError("blur_threshold", "is of blur: give its sigmas, too, or drop it");
+        throw KeyError("blur_threshold", "applies to blurred outlines: give blur, too, or drop it");
     if (!blur) return placed;
     if (!blur->weights.empty() && blur->weights.size() != blur->sigmas.size())
-        raise_key("blur_weights", "must be as many as the sigmas of blur, {}", blur->sigmas.size());
+        raise_key("blur_weights", "must be as many as the numbers of blur, {}", blur->sigmas.size());
     if (blur->threshold >= 1.0)
-        throw KeyError("blur_threshold", "must be less than 1, what lies under a large polygon");
+        throw KeyError("blur_threshold", "must be less than 1, the value inside a large polygon");
     const double longest = std::max(domain.max[0] - domain.min[0], domain.max[1] - domain.min[1]);
     for (std::size_t k = 0; k < blur->sigmas.size(); ++k)
         if (blur->sigmas[k] > longest)
@@ -322,15 +338,16 @@ std::vector<Key> keys_of(Layer& layer) {
     std::vector<Key> list = {{"shape", &layer.shape, "", "", one_of(shape_names())}};
     const auto add = [&](Key key) { list.push_back(std::move(key)); };
     if (shape == "stack") {
-        add({"materials", &layer.materials, "", "one period, bottom up", required(kMaterial)});
-        add({"thicknesses", &layer.thicknesses, kLengthKind, "of each of the materials",
+        add({"materials", &layer.materials, "", "materials of one period, from the bottom up",
+             required(kMaterial)});
+        add({"thicknesses", &layer.thicknesses, kLengthKind, "thickness of each of the materials",
              required(kPositive)});
-        add({"repeat", &layer.repeat, "", "periods", within(1, 10'000)});
+        add({"repeat", &layer.repeat, "", "number of periods", within(1, 10'000)});
         return list;
     }
     if (shape != "plane")
         add({"subtract", &layer.subtract, "",
-             "cut out of all layers below, instead of added; takes no material"});
+             "true: the shape is cut out of all layers below, instead of added, and has no material"});
     add({"material", &layer.material, "", "what the layer is made of",
          layer.subtract ? kMaterial : required(kMaterial)});
     if (shape == "mesh") {
@@ -344,7 +361,7 @@ std::vector<Key> keys_of(Layer& layer) {
     }
     add({"top", &layer.top, kLengthKind, "z of the flat surface; default 0 for the first layer", {}});
     if (!layer.subtract && shape != "profile")
-        add({"thickness", &layer.thickness, kLengthKind, "instead of top: above the layer below",
+        add({"thickness", &layer.thickness, kLengthKind, "instead of top: thickness above the layer below",
              kNotNegative});
     if (shape == "mask")
         add_mask(layer, list);
@@ -358,17 +375,19 @@ std::vector<Key> keys_of(Layer& layer) {
 std::vector<Key> pattern_keys(Layer& pattern) {
     const std::string shape = pattern.shape;
     const auto is = [&](const char* word) { return shape.empty() || shape == word; };
-    std::vector<Key> list = {{"shape", &pattern.shape, "", "what the openings are; default polygons",
+    std::vector<Key> list = {{"shape", &pattern.shape, "", "shape of the openings; default: polygons",
                               one_of({"polygons", "trench", "hole", "box"})}};
     if (is("polygons")) add_polygons(pattern, list);
     if (is("trench"))
-        list.push_back({"width", &pattern.width, kLengthKind, "trench: along x", required(kPositive)});
-    if (is("hole")) list.push_back({"radius", &pattern.radius, kLengthKind, "hole", required(kPositive)});
+        list.push_back({"width", &pattern.width, kLengthKind, "trench: width along x", required(kPositive)});
+    if (is("hole"))
+        list.push_back({"radius", &pattern.radius, kLengthKind, "hole: radius", required(kPositive)});
     if (is("box"))
         list.push_back({"size", std::span<double>(pattern.size), kLengthKind, "box: x and y lengths",
                         required(kPositive)});
-    list.push_back({"openings", &pattern.openings, "", "false: all but the shape or the polygons is open"});
-    list.push_back(position_key(pattern, "centre of the shape, or of the polygons' origin, x and y"));
+    list.push_back({"openings", &pattern.openings, "",
+                    "true: the shape or the polygons are open; false: everything else is open"});
+    list.push_back(position_key(pattern, "x and y of the shape's centre, or of the polygons' origin"));
     return list;
 }
 

@@ -10,52 +10,53 @@
 
 namespace sidewall::app {
 
-/// The height above and the depth below z = 0 to which a recipe may describe a wafer, in grid spacings.
+/// Largest height above and depth below z = 0 of a wafer in a recipe, in grid spacings.
 inline constexpr double kMostCells = 20'000;
 
 /// One layer of the material stack, bottom up.
 struct MaterialLayer {
-    int material = 0;  ///< id; -1 of what is cut out of those below
+    int material = 0;  ///< id; -1 if the shape is cut out of the layers below
     levelset::Shape shape;
 };
 
-/// The recipe's layers, stacks expanded into planes.
+/// The recipe's layers, with stacks expanded into planes.
 std::vector<MaterialLayer> expanded_layers(const Recipe& recipe);
 
-/// Number of layers that expanded_layers() gives; opens no file.
+/// Number of layers that expanded_layers() returns; opens no file.
 std::size_t layer_count(const Recipe& recipe);
 std::int64_t layer_count(const Layer& layer);
 
 /// The openings of a step whose model is patterned, for levelset/motion/geometric.hpp.
-/// \throws FileError or RecipeError if its layout is not any more what it was when the recipe was read.
+/// \throws FileError or RecipeError if its layout has changed since the recipe was read.
 levelset::Shape pattern_of(const Step& step, const Recipe& recipe);
 
-/// Whether the layer or pattern is drawn as polygons, listed or in a layout file.
+/// Whether the layer or pattern consists of polygons, listed or from a layout file.
 bool drawn(const Layer& layer);
 
 /// Makes the layer's file absolute, if it has one.
 /// \throws KeyError if there is no such file in \p folder.
 void find_file(Layer& layer, const std::filesystem::path& folder);
 
-/// The outlines that a mask names, in \p length_unit, without its position.
-/// \param note  takes what there is to say of its file, if given.
+/// The outlines of a mask in \p length_unit, before they are moved to its position.
+/// \param note  if given, receives a remark on the file.
 /// \throws KeyError, FileError.
 std::vector<levelset::Polygon> drawn_outlines(const Layer& layer, const std::string& length_unit,
                                               std::string* note = nullptr);
 
-/// The outlines that lithography makes of a mask's, which are at their place.
+/// The outlines that lithography prints of a mask's outlines, which have been moved to their position.
 ///
-/// \param path   of the layer, e.g. "layer[1]".
-/// \param notes  takes how many are lost.
-/// \throws KeyError if blur, weights and threshold do not fit together or to the domain, or nothing or all of it prints.
+/// \param path   path of the layer, e.g. "layer[1]".
+/// \param notes  receives how many outlines vanish.
+/// \throws KeyError if blur, weights and threshold do not match one another or the domain, or if nothing or
+///         everything prints.
 std::vector<levelset::Polygon> check_print(const Layer& layer, const std::vector<levelset::Polygon>& placed,
                                            const levelset::Domain& domain, const std::string& path,
                                            std::vector<std::string>& notes);
 
-/// The keys of a layer of its shape.
+/// Keys of a layer with its shape.
 std::vector<Key> keys_of(Layer& layer);
 
-/// The keys of a step's pattern: those of its shape, or all without one.
+/// Keys of a step's pattern with its shape; of all shapes if it has none.
 std::vector<Key> pattern_keys(Layer& pattern);
 
 /// Words that `shape` accepts.

@@ -20,11 +20,11 @@
 namespace sidewall::app {
 namespace {
 
-constexpr double kExtentRounding = 1e-6;  // of a cell, by which a layout may exceed whole ones
+constexpr double kExtentRounding = 1e-6;  // in cells, by which a layout may exceed whole cells
 
-constexpr double kWidestLine = 0.2500001;  // of its length
+constexpr double kWidestLine = 0.2500001;  // width over length; 0.25 and rounding
 
-// A mask of the recipe whose outlines are in a layout.
+// A mask of the recipe with outlines in a layout.
 struct Placed {
     toml::table* table = nullptr;
     std::string path;
@@ -58,7 +58,7 @@ void collect(toml::table& parent, std::string_view key, const std::string& path,
     }
 }
 
-// "gds:63/0" and the like, less the \p prefix; nothing for another text.
+// Layer and datatype in text such as "gds:63/0", after the \p prefix; no value for other text.
 std::optional<std::array<std::int64_t, 2>> layer_in(std::string_view text, std::string_view prefix) {
     if (!text.starts_with(prefix)) return std::nullopt;
     text.remove_prefix(prefix.size());
@@ -71,7 +71,7 @@ std::optional<std::array<std::int64_t, 2>> layer_in(std::string_view text, std::
     return numbers;
 }
 
-// The masks of a recipe whose outlines are in layouts; \p asking is a key that needs them.
+// All masks of a recipe with outlines in layouts; \p asking is the key that needs them.
 std::vector<Placed> masks_in_layouts(toml::table& root, const Reading& reading, const toml::node& asking,
                                      std::string_view path) {
     std::vector<Placed> masks;
@@ -84,7 +84,7 @@ std::vector<Placed> masks_in_layouts(toml::table& root, const Reading& reading, 
     return masks;
 }
 
-// The outlines of a mask at its place, or of another layer of its cell, which \p asking names.
+// Outlines of a mask at its position, from its layer or from the \p other one, which \p asking names.
 std::vector<levelset::Polygon> outlines_at(Placed& mask, const Recipe& recipe, const std::string& unit,
                                            const std::optional<std::array<std::int64_t, 2>>& other,
                                            const toml::node& asking, std::string_view path,
@@ -95,7 +95,7 @@ std::vector<levelset::Polygon> outlines_at(Placed& mask, const Recipe& recipe, c
             Layer layer = mask.layer;
             if (other) std::tie(layer.gds_layer, layer.gds_datatype) = std::tie((*other)[0], (*other)[1]);
             return drawn_outlines(layer, unit, note);
-        } catch (const FileError& error) {  // names the layout
+        } catch (const FileError& error) {  // the message names the layout
             throw FileError("{}: {}.file: {}", place_of(*mask.table->get("file")), mask.path, error.what());
         } catch (const KeyError& error) {
             if (other && error.key == "gds_layer") fail(asking, path, error.rule);
@@ -106,7 +106,7 @@ std::vector<levelset::Polygon> outlines_at(Placed& mask, const Recipe& recipe, c
     return outlines;
 }
 
-// Reads those keys of [domain] that a layout's extent needs.
+// Reads the keys of [domain] that are needed to convert a layout's extent.
 DomainSection domain_keys(const toml::table& table, const Reading& reading) {
     DomainSection domain;
     if (!table.contains("grid_spacing"))
@@ -115,24 +115,23 @@ DomainSection domain_keys(const toml::table& table, const Reading& reading) {
     return domain;
 }
 
-// A length in whole cells.
+// Rounds a length up to whole cells.
 double whole_cells(double length, double spacing) {
     return std::max(1.0, std::ceil(length / spacing - kExtentRounding)) * spacing;
 }
 
-// A value that names \p source as its place.
+// Writes a value whose place, in messages, is \p source.
 void write_value(toml::table& table, const char* key, const std::string& text, const std::string& source) {
     toml::table parsed = toml::parse("v = " + text, source);
     table.insert_or_assign(key, std::move(*parsed.get("v")->as_array()));
 }
 
-// A line of a layout, drawn as a path of two points or a thin box, from the left to the right or
-// upward.
+// A line in a layout, drawn as a path of two points or a thin box; directed to the right, or upwards.
 struct Line {
     Eigen::Vector2d from, to;
 };
 
-// The lines that polygons are: through the middles of the shorter pair of opposite edges.
+// The lines that the polygons represent: between the midpoints of the shorter pair of opposite edges.
 std::vector<Line> lines_of(const std::vector<levelset::Polygon>& polygons) {
     std::vector<Line> lines;
     for (const levelset::Polygon& polygon : polygons) {
@@ -161,8 +160,8 @@ std::vector<Line> lines_of(const std::vector<levelset::Polygon>& polygons) {
     return lines;
 }
 
-// Ends of the intervals in which the line through \p centre along \p axis lies in the outlines, as distances
-// from the centre.
+// Ends of the intervals in which the line through \p centre along the unit vector \p axis lies inside the
+// outlines, as distances from \p centre.
 std::vector<double> crossings(const std::vector<levelset::Polygon>& outlines, const Eigen::Vector2d& centre,
                               const Eigen::Vector2d& axis) {
     std::vector<double> at;
@@ -267,7 +266,7 @@ void take_extent_from_layout(toml::table& root, Recipe& recipe) {
             for (const auto& [x, y] : outline) box.extend(Eigen::Vector2d(x, y));
     std::array<double, 2> size{}, centre{};
     const double around = 2.0 * domain.padding.value_or(0.0), longer = box.sizes().maxCoeff() + around;
-    // The extent in whole cells of so large a spacing is far more than the layout's, which advice must go by.
+    // The advice is based on the layout's size: rounded to whole cells of so large a spacing it grows by far.
     if (std::ceil(longer / domain.grid_spacing - kExtentRounding) < kFewestAlong)
         fail(*table->get("grid_spacing"), "domain.grid_spacing",
              fmt::format(

@@ -4,15 +4,14 @@
 
 namespace sidewall::app {
 
-/// Replaces [cut] by a profile along a line that the layout of the first mask holds: the extent of [domain] by its length,
-/// the masks' layouts by the parts of the line in them.
-/// \throws RecipeError where a layout cannot be read, there is none or it holds no such line.
+/// Replaces [cut] by a profile along a line drawn in the first mask's layout: its length becomes the extent
+/// of [domain], its parts inside the outlines become the masks.
+/// \throws RecipeError if there is no layout, it cannot be read, or it holds no such line.
 void take_cut_from_layout(toml::table& root, Recipe& recipe);
 
-/// Replaces `extent = "gds"` of [domain] by the extent of the layouts' layers that masks name, or of the layer that
-/// `extent = "gds:63/0"` names, with `padding` around
-/// them and in whole cells, and moves these masks so that the layouts' centre is the domain's.
-/// \throws RecipeError where a layout cannot be read or there is none.
+/// Replaces `extent = "gds"` of [domain] by the extent of the layout layers that masks name, or of layer 63/0
+/// for "gds:63/0", with `padding` and in whole cells. Moves the masks so that the box around them is centred.
+/// \throws RecipeError if there is no layout or it cannot be read.
 void take_extent_from_layout(toml::table& root, Recipe& recipe);
 
 }  // namespace sidewall::app

@@ -13,7 +13,7 @@
 namespace sidewall::app {
 namespace {
 
-// Steps that nest deeper than a recipe may are left to the reader to refuse.
+// Collects names to the depth that a path may have; the reader refuses recipes that nest deeper.
 void collect_names(const toml::node* list, const std::string& path, std::size_t depth,
                    std::vector<NamedStep>& found) {
     const toml::array* steps = list == nullptr ? nullptr : list->as_array();
@@ -26,8 +26,8 @@ void collect_names(const toml::node* list, const std::string& path, std::size_t 
     }
 }
 
-// A table { v = value } whose nodes name the override as their source. What is not TOML but starts like a
-// word is a string: lindstrom-turk, y=0.
+// A table { v = value } whose nodes have the override as their source. Text that is not TOML but begins like
+// a word becomes a string: lindstrom-turk, y=0.
 toml::table parse_value(const std::string& text, const std::string& source) {
     const bool word =
         !text.empty() && (key_character(text[0]) && !(text[0] >= '0' && text[0] <= '9') && text[0] != '-');
@@ -56,7 +56,7 @@ toml::node* child(toml::node& node, const PathPart& part, std::size_t indices, c
     return found;
 }
 
-// The position behind the quotes that open at \p from: in double ones \\ and \" stand for \ and ".
+// Position after the quotes that open at \p from. In double quotes a backslash precedes \ and ".
 std::size_t end_of_quoted(std::string_view text, std::size_t from) {
     for (std::size_t k = from + 1; k < text.size(); ++k) {
         if (text[k] == text[from]) return k + 1;

@@ -21,21 +21,21 @@ struct NamedStep {
     std::string path;  ///< e.g. "step[1].steps[0]"
 };
 
-/// \p path with a step's place instead of its name: "step.etch.duration" becomes "step[1].duration". Other paths
-/// stay as they are.
-/// \throws RecipeError that lists the names, if no step or several have that one.
+/// Replaces a step's name in \p path by its place: "step.etch.duration" becomes "step[1].duration". Returns
+/// other paths unchanged.
+/// \throws RecipeError with the known names if no step or several steps have the name.
 std::string with_place_of_step(std::string_view path, std::span<const NamedStep> steps);
 
-/// The start of the path of a step's keys by its name: `step.etch`, or `step."main etch"`.
+/// Beginning of the path of a step's keys, by the step's name: `step.etch`, or `step."main etch"`.
 std::string path_by_name(const std::string& name);
 
-/// The recipe's steps that have names, those in loops too.
+/// All steps of the recipe with a name, including those in loops.
 std::vector<NamedStep> named_steps(const toml::table& root);
 
-/// Where the key of `key=value` ends: at the first = that is not in quotes; npos if there is none.
+/// Position of the = that ends the key of `key=value`, the first outside quotes; npos if there is none.
 std::size_t end_of_key(std::string_view setting);
 
-/// Parts of a path; empty if it is not one or has more than kMostKeyParts of them (recipe/reader.hpp).
+/// Parts of a path. Empty if it is no path, or has more than kMostKeyParts parts (recipe/reader.hpp).
 std::vector<PathPart> split_path(std::string_view path);
 
 /// The node at \p path below \p root, or nullptr.
@@ -45,9 +45,9 @@ const toml::node* find_node(const toml::table& root, std::string_view path);
 /// \throws RecipeError naming the override.
 void apply_override(toml::table& root, const std::string& setting);
 
-/// The number that a recipe's text, changed by \p overrides, has for a key such as `step[0].rate.Si`; nothing if it
-/// leaves the key to its default or has no number there.
-/// \throws RecipeError for what is no TOML.
+/// The number that a recipe's text, after \p overrides, gives for a key such as `step[0].rate.Si`. No value
+/// if the text has no number there, so that the default counts.
+/// \throws RecipeError if the text is not TOML.
 std::optional<double> written_number(const std::string& text, const std::string& file,
                                      const std::vector<std::string>& overrides, const std::string& key);
 

@@ -19,7 +19,7 @@
 namespace sidewall::app {
 namespace {
 
-// Species that stay with Monte Carlo although radiosity is asked for, and fewer rays than asked for.
+// Notes on species that stay with Monte Carlo despite radiosity, and on fewer rays than asked for.
 void note_radiosity(const Recipe& recipe, std::vector<std::string>& notes) {
     if (recipe.flux.method == "monte-carlo") return;
     std::vector<std::string> others;
@@ -48,8 +48,8 @@ void note_radiosity(const Recipe& recipe, std::vector<std::string>& notes) {
                         static_cast<double>(recipe.flux.most_rays())));
 }
 
-// The models' notes on the materials that their steps meet, and parallel beams that are not traced and
-// lean towards reflective sides: the wafer may be flat there.
+// Notes of the models on materials that their steps meet, and on untraced beams tilted towards reflective
+// sides. Such beams are no error: the wafer may be flat near the sides.
 void note_steps(const Recipe& recipe, std::vector<std::string>& notes) {
     for (const StepMaterials& here : materials_by_step(recipe)) {
         const Model& model = *here.step->built;
@@ -62,17 +62,15 @@ void note_steps(const Recipe& recipe, std::vector<std::string>& notes) {
             if ((*model.beam)[static_cast<Eigen::Index>(axis)] != 0.0 &&
                 recipe.domain.boundary[axis] == levelset::Side::reflective)
                 notes.push_back(fmt::format(
-                    "{}.direction is tilted along {}, but beyond the reflective sides there a mirrored beam "
-                    "would fall: right only if the wafer is flat near them, else set domain.boundary to "
-                    "periodic",
+                    "{}.direction is tilted along {}, but the reflective sides there mirror the beam: "
+                    "right only if the wafer is flat near them, else set domain.boundary to periodic",
                     here.path, "xy"[axis]));
     }
 }
 
 constexpr double kEndless = kInfinity;
 
-// The highest point that an added layer may have, from the flat surface \p flat of those below; infinite
-// where a file says.
+// Upper bound of an added layer's z, on a flat surface at z = \p flat; infinite for a mesh or profile.
 double highest_of(const Layer& layer, double flat) {
     const std::string& shape = layer.shape;
     if (shape == "mesh" || shape == "profile") return kEndless;
@@ -87,7 +85,7 @@ double highest_of(const Layer& layer, double flat) {
     return *layer.top + (shape == "fin" || shape == "box" ? layer.height : 0.0);
 }
 
-// The height below which an added layer leaves no gas; minus infinity if it leaves some at any depth.
+// Height below which an added layer fills the whole domain; minus infinity if there is none.
 double filled_below(const Layer& layer, double highest) {
     const std::string& shape = layer.shape;
     if (shape == "plane" || shape == "stack") return highest;
@@ -96,7 +94,7 @@ double filled_below(const Layer& layer, double highest) {
     return -kEndless;
 }
 
-// Layers are united with those below: what lies no higher than these is theirs.
+// Layers are united with those below, so a layer that is nowhere higher has no effect.
 void note_hidden_layers(const Recipe& recipe, std::vector<std::string>& notes) {
     double flat = 0.0, filled = -kEndless;
     for (std::size_t k = 0; k < recipe.layers.size(); ++k) {
@@ -129,10 +127,10 @@ void note_stops(const StepMaterials& here, const Recipe& recipe, std::vector<std
                                     step.stop_material));
 }
 
-// Whether steps and their patterns can be made on a wafer with another domain.
+// Whether the patterns satisfy \p can_be and the models can be built on a wafer with another domain.
 template <class CanBe>
 bool steps_can_be(const Recipe& recipe, const DomainSection& domain, const CanBe& can_be) {
-    std::set<const Model*> known;  // a loop's passes share theirs
+    std::set<const Model*> known;  // a loop's cycles share their model
     return std::ranges::all_of(expanded_steps(recipe), [&](const Step& step) {
         if (step.built && !known.insert(step.built.get()).second) return true;
         if (find_model(step.model)->patterned && !can_be(step.pattern)) return false;
@@ -159,7 +157,7 @@ std::string profile_note(const Recipe& recipe) {
 std::string round_note(const Recipe& recipe) {
     DomainSection domain = recipe.domain;
     const auto [shorter, longer] = std::minmax(domain.extent[0], domain.extent[1]);
-    constexpr double kSquare = 1.2;  // a cell that is longer has no round one in its place
+    constexpr double kSquare = 1.2;  // more elongated cells have no round equivalent
     if (longer > kSquare * shorter) return {};
     const double widest = 0.5 * shorter;
     domain.extent = {std::sqrt(domain.extent[0] * domain.extent[1] / std::numbers::pi), 0.0};
@@ -180,7 +178,8 @@ std::string round_note(const Recipe& recipe) {
         domain.extent[0],
         recipe.simplify.method == "auto" || recipe.simplify.method == "none"
             ? ""
-            : " Leave [simplify] out of it: coarser elements of a line save nothing, and their fluxes move its walls.");
+            : " Leave [simplify] out then: to coarsen a profile saves nothing, and less exact fluxes move "
+              "its walls.");
 }
 
 }  // namespace
@@ -213,7 +212,7 @@ std::string cheaper_form(const Recipe& recipe) {
 std::vector<std::string> idle_parts(const Recipe& recipe) {
     std::vector<std::string> notes;
     note_hidden_layers(recipe, notes);
-    if (!recipe.start.from.empty()) return notes;  // what is on its wafer, the run tells
+    if (!recipe.start.from.empty()) return notes;  // the earlier run decides what is on the wafer
     for (const StepMaterials& here : materials_by_step(recipe)) {
         for (const auto& [key, names] : idle_values(here, recipe.materials))
             notes.push_back(fmt::format("{}.{} does nothing for {}: not on the wafer in this step", here.path,

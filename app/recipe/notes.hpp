@@ -6,16 +6,16 @@
 
 namespace sidewall::app {
 
-/// What a user should know of a valid recipe: names that keys no longer have, how the grid's spacing was
-/// rounded, beams that sides mirror, parts that do nothing.
+/// Notes for the user on a valid recipe: former names of keys, the rounded grid spacing, beams that sides
+/// mirror, and all of idle_parts.
 std::vector<std::string> notes_on(const Recipe& recipe);
 
-/// Notes on what a valid recipe says in vain: layers that those below hide wholly, values for materials that a step
-/// does not meet, and stop conditions that no wafer of it meets.
+/// Notes on parts without effect in a valid recipe: layers hidden by those below, values for materials that a
+/// step does not meet, stop conditions that never hold.
 std::vector<std::string> idle_parts(const Recipe& recipe);
 
-/// What a user should know of a wafer that is the same along y or round about its middle: that it runs as a profile, or
-/// the keys to write for that; else empty.
+/// For a wafer that is the same along y or round about its middle: a note that it runs as a profile, or which
+/// keys would make it one. Else empty.
 std::string cheaper_form(const Recipe& recipe);
 
 }  // namespace sidewall::app

@@ -27,7 +27,7 @@ Bounds outline_bounds(const Polygon& polygon) {
     return bounds;
 }
 
-// Whether the boxes overlap or, with a \p reach, are as near.
+// Whether the boxes overlap, or are closer than \p reach.
 bool meet(const Bounds& a, const Bounds& b, double reach = 0.0) {
     return (a.min().array() < b.max().array() + reach).all() &&
            (b.min().array() - reach < a.max().array()).all();
@@ -40,7 +40,7 @@ double perimeter_of(const Polygon& polygon) {
     return perimeter;
 }
 
-// 0 to \p count - 1 by ascending values, equal ones in their order.
+// The numbers 0 to \p count - 1, sorted stably by ascending value.
 template <class Value>
 std::vector<std::size_t> sorted_by(std::size_t count, Value&& value) {
     std::vector<std::size_t> order(count);
@@ -54,7 +54,8 @@ std::string points_key(std::size_t k) {
     return fmt::format("polygons[{}].points", k);
 }
 
-// \throws KeyError of \p key where Clipper would take too long.
+// Runs \p work.
+// \throws KeyError of \p key for its GeometryError: Clipper would take too long.
 template <class Work>
 auto with_key(const std::string& key, Work&& work) {
     try {
@@ -83,16 +84,16 @@ void refuse_overlap(const std::vector<Polygon>& polygons, std::size_t first, std
     if (common <= tiny) return;
     throw KeyError(
         points_key(second),
-        fmt::format("the outline {} polygons[{}], and outlines are united: draw both as one outline, a ring "
-                    "as one with a slit",
+        fmt::format("the outline {} polygons[{}], and the program would unite the two: draw both as one "
+                    "outline, a ring as one with a slit",
                     b - common <= tiny   ? "lies inside"
                     : a - common <= tiny ? "encloses"
                                          : "overlaps",
                     first));
 }
 
-// Outlines that the recipe lists may touch, but not cross or overlap: the grid would take their union, and a
-// ring drawn as two of them would be a disc.
+// Listed outlines may touch, but not cross or overlap: the grid would take their union, so that a ring drawn
+// as two outlines would become a disc.
 void refuse_crossings(const std::vector<Polygon>& polygons) {
     std::vector<Bounds> bounds;
     double size = 0.0, sum = 0.0;
@@ -120,7 +121,7 @@ void refuse_crossings(const std::vector<Polygon>& polygons) {
         }
 }
 
-// Whether a part of the edge lies within the domain; on a periodic axis all of it does.
+// Whether part of the edge lies in the domain. Along a periodic axis every edge does.
 bool reaches(const Corner& a, const Corner& b, const levelset::Domain& domain) {
     double from = 0.0, to = 1.0;
     for (std::size_t axis = 0; axis < 2; ++axis) {
@@ -145,7 +146,7 @@ struct Piece {
     bool reaches = false;  // has an edge in the domain
 };
 
-// The polygons, and the images of those that end on a side that mirrors.
+// The polygons, and the mirror images of those that end on a reflective side.
 std::vector<Polygon> with_images(std::vector<Polygon> polygons, const levelset::Domain& domain) {
     for (std::size_t a = 0; a < 2; ++a) {
         const double tiny = kRounding * (domain.max[a] - domain.min[a]);
@@ -164,8 +165,8 @@ std::vector<Polygon> with_images(std::vector<Polygon> polygons, const levelset::
     return polygons;
 }
 
-// Width of the rectangle of the same area and perimeter: exact for rectangles, however they are turned, near
-// for lines with bends. Across it alone where it reaches from side to side: the domain may be thin.
+// Width of the rectangle with the same area and perimeter: exact for rectangles of any direction, close for
+// lines with bends. A piece from side to side is measured across only: the domain may be thin.
 double width_in(const Piece& piece, const levelset::Domain& domain) {
     const double half = 0.5 * piece.perimeter;
     const double root = std::sqrt(std::max(0.0, half * half - 4.0 * piece.area));
@@ -177,8 +178,8 @@ double width_in(const Piece& piece, const levelset::Domain& domain) {
     return width;
 }
 
-// The narrowest piece with an edge in the domain, and its width; infinite if none has.
-// \param apart  each outline by itself, instead of with its holes, which follow it.
+// Width and bounds of the narrowest piece with an edge in the domain; infinite if there is none.
+// \param apart  takes each outline as a piece, instead of an outline with the holes that follow it.
 std::pair<double, Bounds> narrowest(const std::vector<Polygon>& outlines, bool apart,
                                     const levelset::Domain& domain) {
     std::vector<Piece> pieces;
@@ -241,8 +242,7 @@ void check_polygons(const Layer& layer, const std::vector<Polygon>& polygons, co
     const std::string finer = fmt::format("use a grid_spacing of {:.2g} or less", width / kGoodCells);
     if (key.starts_with("polygons[") && cells < kFewestCells)
         raise_key(key,
-                  "the outline is only {:.3g} cells wide, and the grid loses what "
-                  "is under {:g}: {}",
+                  "the outline is only {:.3g} cells wide, and the grid loses shapes under {:g} cells: {}",
                   cells, kFewestCells, finer);
     notes.push_back(fmt::format(
         "{}.{}: the narrowest outline is {:.3g} cells wide: its corners and fluxes are coarse under "

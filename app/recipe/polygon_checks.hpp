@@ -7,12 +7,12 @@
 
 namespace sidewall::app {
 
-/// Checks the outlines of a mask, in the recipe's length unit: edges must lie in the domain. Outlines that the
-/// recipe lists itself must not cross or lie in one another and must be two cells wide; those of a layout file
-/// are united, as it is usual there, and noted where they are narrow.
+/// Checks the outlines of a mask, in the recipe's length unit: some edge must lie in the domain. Outlines
+/// listed in the recipe must not cross or overlap and must be two cells wide. Outlines of a layout file are
+/// united, as is usual, and get a note if they are narrow.
 ///
-/// \param layer  the mask, whose position is not yet added to \p polygons.
-/// \throws KeyError naming the key that is to be changed.
+/// \param layer  the mask; its position is not yet added to \p polygons.
+/// \throws KeyError naming the key to change.
 void check_polygons(const Layer& layer, const std::vector<levelset::Polygon>& polygons,
                     const levelset::Domain& domain, const std::string& path, std::vector<std::string>& notes);
 

@@ -16,7 +16,7 @@
 namespace sidewall::app {
 namespace {
 
-// Columns of x (or y, or r) and z by their headings, or the first two.
+// Columns of x (or y, or r) and of z, by their headings; else the first two.
 std::array<std::size_t, 2> profile_columns(const CsvTable& table) {
     std::array<std::size_t, 2> columns{0, 1};
     for (std::size_t k = table.columns.size(); table.headed && k-- > 0;) {
@@ -65,8 +65,7 @@ ProfileTable read_points(const std::filesystem::path& path, const std::string& l
 ProfileTable read_profile(const std::filesystem::path& path, const std::string& length_unit) {
     ProfileTable profile = read_points(path, length_unit);
     if (profile.several)
-        throw FileError("{}: holds several lines by its column polyline: keep the rows of one",
-                        path.string());
+        throw FileError("{}: its column polyline lists several lines: keep the rows of one", path.string());
     levelset::Polygon& points = profile.points;
     points.erase(std::unique(points.begin(), points.end()), points.end());
     if (points.size() < 2)
@@ -104,8 +103,8 @@ void check_profile(const Layer& layer, const levelset::Polygon& points, bool fir
                                 top / domain.spacing, kMostCells));
     if (closed && std::min(wide, tall) < kFewestCells * domain.spacing)
         throw KeyError(
-            "file", fmt::format("the outline is only {:.3g} cells {}, and the grid loses what is under {:g}: "
-                                "use a grid_spacing of {:.2g} or less",
+            "file", fmt::format("the outline is only {:.3g} cells {}, and the grid loses shapes under {:g} "
+                                "cells: use a grid_spacing of {:.2g} or less",
                                 std::min(wide, tall) / domain.spacing, wide < tall ? "wide" : "high",
                                 kFewestCells, std::min(wide, tall) / 6.0));
     const double from = layer.position[0] + (turned ? -high[0] : low[0]), to = layer.position[0] + high[0];

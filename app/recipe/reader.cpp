@@ -14,7 +14,7 @@
 namespace sidewall::app {
 namespace {
 
-// What a message has room for.
+// Cuts a text to what a message has room for.
 std::string shortened(std::string_view text, std::size_t most = 200) {
     return text.size() > most ? std::string(text.substr(0, most - 3)) + "..." : std::string(text);
 }
@@ -52,7 +52,7 @@ double read_number(const toml::node& node, const std::string& path, const Rule& 
     fail(node, path, "must be " + range);
 }
 
-// A file written with 1e6 means the whole number.
+// Whole numbers may be written as floating-point numbers, such as 1e6.
 std::int64_t read_integer(const toml::node& node, const std::string& path, const Rule& rule) {
     const double value = read_number(node, path, rule);
     if (node.is_integer()) return node.as_integer()->get();
@@ -70,7 +70,7 @@ std::string read_word(const toml::node& node, const std::string& path,
     fail(node, path, rule);
 }
 
-// The name of the material that a recipe's word means, with a note where it is another.
+// The built-in or defined material that a recipe's word means; adds a note if its name differs.
 std::string known_material(const toml::node& node, const std::string& path, const std::string& name,
                            const Reading& reading) {
     const Materials& materials = reading.materials;
@@ -112,7 +112,7 @@ const toml::array& read_array(const toml::node& node, const std::string& path, s
     return *array;
 }
 
-// Set on the command line, where it replaces what the recipe says, under whichever of its names.
+// Whether the value comes from the command line, where it replaces the recipe's under either name of the key.
 bool is_override(const toml::node& node) {
     return node.source().path && node.source().path->starts_with("--set ");
 }
@@ -140,7 +140,7 @@ struct Reader {
     }
     void operator()(std::string* target) const { *target = read_string(node, path, rule, reading); }
     void operator()(std::span<double> target) const {
-        // A rule with a size takes an array shorter by one, whose last number is 0.
+        // A rule with a size also accepts an array shorter by one; the missing last number is 0.
         const toml::array* given = node.as_array();
         const bool fewer = rule.size > 0 && given != nullptr && given->size() == rule.size;
         const std::string of = rule.size > 0 ? fmt::format("numbers, or of {}", rule.size) : "numbers";
@@ -167,7 +167,7 @@ struct Reader {
     }
     void operator()(ByMaterial* target) const {
         const toml::table* table = node.as_table();
-        // A table says what differs from the key's default; a number or a `default` of its own replace it.
+        // A table overrides materials of the key's default; a number, or a table with `default`, replaces it.
         if (table == nullptr || table->contains("default")) target->named.clear();
         if (table == nullptr) {
             target->fallback =
@@ -183,7 +183,7 @@ struct Reader {
                 target->fallback = number;
                 continue;
             }
-            // The key's own table may name what only some recipes have.
+            // The key's default may name materials that not every recipe knows.
             if (!target->named.contains(name)) name = known_material(value, name_path, name, reading);
             refuse_twice(value, name_path, name, given);
             target->named[name] = number;
@@ -222,7 +222,7 @@ struct Reader {
             read_keys(*table, at(i), "this table", target.keys(i), reading);
         }
     }
-    // A single word stands for all of several, in a list of its own, too.
+    // One word stands for all values; so does a list of one word.
     void operator()(const Choice& target) const {
         const auto index = [&](const std::string& word) {
             return static_cast<std::uint8_t>(std::find(target.words.begin(), target.words.end(), word) -
@@ -244,7 +244,7 @@ struct Reader {
         if (!node.is_string()) fail(node, path, "must be an expression in quotes, or a number");
         return node.as_string()->get();
     }
-    // A material may be named by two words.
+    // Two words may name one material.
     static void refuse_twice(const toml::node& value, const std::string& path, const std::string& name,
                              std::set<std::string>& given) {
         if (!given.insert(name).second)
@@ -255,7 +255,7 @@ struct Reader {
     }
 };
 
-// Past the end of the string or comment that begins at \p i; \p i itself if none does.
+// Position after the string or comment that begins at \p i; \p i if none begins there.
 std::size_t past_quoted(std::string_view text, std::size_t i) {
     const char c = text[i];
     if (c == '#') return std::min(text.find('\n', i), text.size());
@@ -268,7 +268,7 @@ std::size_t past_quoted(std::string_view text, std::size_t i) {
         else if (text.substr(k, end.size()) == end)
             return k + end.size();
         else if (!several_lines && text[k] == '\n')
-            return k;  // not TOML: the parser says so
+            return k;  // invalid TOML: the parser reports it
     }
     return text.size();
 }

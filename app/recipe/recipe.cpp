@@ -24,10 +24,10 @@
 namespace sidewall::app {
 namespace {
 
-// In grid spacings: triangles are sampled as densely as the radius asks, and it covers as many of them.
+// In grid spacings. A small radius needs dense samples on the triangles; a large one covers many of them.
 constexpr double kLeastAveraging = 0.25, kMostAveraging = 8.0;
-constexpr double kMostAlong = 20'000;      // along x or y: beyond, the surface alone would exceed its memory
-constexpr double kMostSurfaces = 100'000;  // saved by [output] every
+constexpr double kMostAlong = 20'000;      // cells along x or y; with more the surface alone is too large
+constexpr double kMostSurfaces = 100'000;  // most that [output] every may save
 constexpr std::uintmax_t kMostRecipeBytes = 1 << 24;
 
 void refuse_unknown_sections(const toml::table& root) {
@@ -90,10 +90,10 @@ void read_domain(const toml::table& root, Recipe& recipe) {
     const DomainSection& domain = recipe.domain;
     read_section(root, "domain", recipe.domain, reading_for(recipe), [&] {
         if (domain.padding)
-            throw KeyError("padding", "is of extent = \"gds\" or [cut]: drop it, or that extent's numbers");
+            throw KeyError("padding", "is for extent = \"gds\" or [cut]: drop it, or the numbers of extent");
         check_symmetry(domain);
         if (domain.strip == Strip::profile && domain.extent[1] == 0.0)
-            throw KeyError("strip", "\"profile\" is of a wafer with two extents: drop it");
+            throw KeyError("strip", "\"profile\" is for a wafer with two extents: drop it");
         for (const double extent : domain.extent)
             if (extent / domain.grid_spacing > kMostAlong)
                 raise_key("grid_spacing",
@@ -115,7 +115,7 @@ void read_domain(const toml::table& root, Recipe& recipe) {
     }
 }
 
-// The folder of an earlier run, absolute.
+// Absolute path of an earlier run's folder, searched in the recipe's folder \p beside and the current one.
 std::string run_folder(const std::string& name, const std::filesystem::path& beside) {
     for (const std::filesystem::path& base : {beside, std::filesystem::current_path()}) {
         std::filesystem::path folder = std::filesystem::absolute(base / name).lexically_normal();
@@ -150,12 +150,12 @@ void check_averaging(double radius, const DomainSection& domain) {
     if (radius != 0.0 && (radius < least || radius > most))
         raise_key("averaging", "must be 0, or {:g} to {:g} grid spacings, {:g} to {:g}", kLeastAveraging,
                   kMostAveraging, least, most);
-    // Beyond a side the surface goes on, but only once.
+    // Beyond a side the surface is continued by one copy only, so the radius may not exceed the domain.
     const double width = is_flat(domain) ? domain.extent[0] : std::min(domain.extent[0], domain.extent[1]);
     if (radius > width) raise_key("averaging", "must not exceed the wafer's {:g}", width);
 }
 
-// A cut that misses the wafer would give an empty file without a word.
+// Reads a plane and checks that it meets the wafer: a cut that misses it would silently give an empty file.
 surface::Plane vertical_plane(const std::string& text, const Recipe& recipe, const std::string& key) {
     surface::Plane plane;
     try {
@@ -188,7 +188,7 @@ void read_metrology(const toml::table& root, Recipe& recipe) {
     });
 }
 
-// Tells what lacks a value in all steps at once.
+// Checks that all materials on the wafer have values in each step; one error lists all that lack some.
 void require_all_values(const toml::table& root, const Recipe& recipe) {
     std::string missing;
     for (const StepMaterials& here : materials_by_step(recipe)) {
@@ -202,7 +202,7 @@ void require_all_values(const toml::table& root, const Recipe& recipe) {
     if (!missing.empty()) throw RecipeError(missing);
 }
 
-// A figure that no wafer of this step can have: of a material that is not on it, or without an end.
+// Refuses a stop figure that never exists in this step: of an absent material, or of an endless thickness.
 void require_figure(const Recipe& recipe, const Step& step, const StopRule& rule,
                     const std::vector<StepMaterials>& met) {
     const std::string& name = rule.figure;
@@ -227,7 +227,7 @@ void require_figure(const Recipe& recipe, const Step& step, const StopRule& rule
                   material, name);
 }
 
-// The stop conditions of the steps; [metrology] is read.
+// Checks the stop conditions of the steps. \pre [metrology] is read.
 void check_stops(const toml::table& root, const std::vector<Step>& steps, const std::string& path,
                  const Recipe& recipe, const std::vector<StepMaterials>& met) {
     for (std::size_t i = 0; i < steps.size(); ++i) {
@@ -238,20 +238,20 @@ void check_stops(const toml::table& root, const std::vector<Step>& steps, const 
         located(*find_node(root, here)->as_table(), here, [&] {
             if (!has_stop(step))
                 throw KeyError(step.over_etch > 0.0 ? "over_etch" : "over_etch_time",
-                               "goes on after an endpoint, which this step has none of: add stop, such as "
+                               "goes on after an endpoint, which this step lacks: add stop, such as "
                                "\"bare(Si) > 0.9\"");
             if (step.over_etch > 0.0 && step.over_etch_time > 0.0)
-                throw KeyError("over_etch_time", "over_etch says how long, too: drop one");
+                throw KeyError("over_etch_time", "over_etch sets the length of the over-etch, too: drop one");
             if (step.stop.empty()) return;
             const StopRule rule = stop_rule(recipe, step.stop);
             if (rule.bare >= 0 && !step.stop_material.empty())
-                throw KeyError("stop", "stop_material is a stop at a bare share, too: drop stop_material");
+                throw KeyError("stop",
+                               "stop_material ends the step at a bare share, too: drop stop_material");
             require_figure(recipe, step, rule, met);
         });
     }
 }
 
-// The text of a recipe in a file.
 std::string text_of(const std::filesystem::path& path) {
     std::error_code failure;
     const std::string name = path.string();

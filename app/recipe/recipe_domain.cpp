@@ -14,7 +14,7 @@
 namespace sidewall::app {
 namespace {
 
-// Whether all polygons are rectangles along the axes that reach farther along y than distances are kept for.
+// Whether all polygons are rectangles along the axes that extend beyond kFarAlongY grid spacings along y.
 bool runs_along_y(const Layer& layer, double spacing) {
     const double far = kFarAlongY * spacing * (1.0 - 1e-9);
     return layer.file.empty() &&
@@ -25,7 +25,7 @@ bool runs_along_y(const Layer& layer, double spacing) {
            });
 }
 
-// Whether a recipe with this spacing has the levels.
+// Whether a recipe with this spacing can have so many levels.
 bool divides_by(int levels, const DomainSection& domain, const std::string& spacing) {
     try {
         return levelset::most_levels(
@@ -80,7 +80,7 @@ bool is_same_along_y(const Recipe& recipe) {
 }
 
 bool runs_as_profile(const Recipe& recipe) {
-    constexpr double kMostCells = 8.5;  // as grid_spacing says, before it is rounded
+    constexpr double kMostCells = 8.5;  // along y, by the grid_spacing before rounding
     const DomainSection& domain = recipe.domain;
     if (domain.strip != Strip::automatic) return domain.strip == Strip::profile;
     if (is_flat(domain) || domain.extent[1] > domain.extent[0] ||
@@ -130,11 +130,11 @@ void refuse_ends_along_y(const Layer& layer, double spacing) {
     if (shape == "box") refuse("shape", "a box ends along y", layer.subtract ? "use a trench" : "use a fin");
     if (shape == "sphere") refuse("shape", "a sphere is round", "use a cylinder along y");
     if ((shape == "mask" || shape == "polygons") && !layer.blur.empty())
-        refuse("blur", "what prints is seen from above", "drop it");
+        refuse("blur", "blurred outlines end along y", "drop it");
     if ((shape == "mask" || shape == "polygons") && !runs_along_y(layer, spacing))
-        refuse("shape", layer.file.empty() ? "polygons are seen from above" : "a layout is seen from above",
+        refuse("shape", layer.file.empty() ? "polygons end along y" : "the outlines of a layout end along y",
                "use a trench");
-    if (shape == "mesh") refuse("shape", "a mesh file has a y of its own", "use a profile");
+    if (shape == "mesh") refuse("shape", "a mesh file need not be the same along y", "use a profile");
     if (shape == "cylinder" && layer.axis != "y")
         refuse("axis", fmt::format("the cylinder lies along {}", layer.axis), "use \"y\"");
     if (shape == "cylinder" && layer.length) refuse("length", "the cylinder ends along y", "drop the length");
@@ -212,8 +212,8 @@ void check_grid(const GridSection& grid, const DomainSection& domain) {
     throw KeyError(
         "levels",
         fmt::format(
-            "makes coarsest cells of {} finest ones, of which {} x {} cells do not hold a whole number, "
-            "or less than 4, along both sides: {}use at most {} {}",
+            "joins {} cells into one along x and y, but {} x {} cells do not divide so, or fewer than 4 "
+            "are left: {}use at most {} {}",
             1 << (levels - 1), cells.cells[0], cells.cells[1],
             spacing.empty() ? "" : fmt::format("a domain.grid_spacing of {} would do; else ", spacing), most,
             most == 1 ? "level" : "levels"));

@@ -1,14 +1,14 @@
 #pragma once
 #include "app/recipe/recipe.hpp"
 
-// The keys of the sections that a recipe has once, and of a material: the one place that names, bounds and
-// documents them. Those of layers are in layers.hpp, those of steps in steps.hpp.
+// Keys of a material and of the sections that occur once, with names, bounds and documentation. The keys of
+// layers are in layers.hpp, those of steps in steps.hpp.
 namespace sidewall::app {
 
-/// A line of a layout along which a profile is simulated. A parsed recipe has its extent and outlines instead.
+/// A line in a layout along which a profile is simulated. Parsing turns it into extent and outlines.
 struct CutSection {
-    std::string layer;      ///< "63/0": where it is drawn, as layer and datatype
-    std::int64_t line = 0;  ///< which of the layer's, from 1; 0: the only one
+    std::string layer;      ///< layer and datatype with the line, e.g. "63/0"
+    std::int64_t line = 0;  ///< number of the line on that layer, from 1; 0: the only one
 };
 
 std::vector<Key> keys_of(DomainSection& domain);
@@ -24,21 +24,21 @@ std::vector<Key> keys_of(MetrologySection& metrology);
 
 /// A section as `sidewall models` lists it.
 struct SectionDoc {
-    std::string name;    ///< what to ask for, e.g. "flux" or "layer trench"
+    std::string name;    ///< name on the command line, e.g. "flux" or "layer trench"
     std::string header;  ///< as in a recipe, e.g. "[flux]"
     std::string doc;
     std::vector<KeyDoc> keys;
-    std::string more = {};  ///< after the keys, in lines of its own
+    std::string more = {};  ///< text after the keys, on separate lines
 };
 
-/// Every section, shape and model.
+/// Documentation of every section, shape and model.
 std::vector<SectionDoc> recipe_documentation();
 
-/// The keys of a recipe that `--set` can change, each by its path such as `step[0].duration`. Of a list of tables within
-/// a step the first stands for all.
+/// Keys of a recipe that `--set` can change, by path such as `step[0].duration`. In a list of tables within a
+/// step, the first table stands for all.
 std::vector<KeyDoc> settable_keys(Recipe recipe);
 
-/// The keys of any recipe that `--set` can change; the first layer and the first step stand for all, too.
+/// Keys of any recipe that `--set` can change; the first layer and step stand for all.
 std::vector<KeyDoc> settable_keys();
 
 }  // namespace sidewall::app

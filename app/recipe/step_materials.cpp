@@ -14,6 +14,7 @@
 namespace sidewall::app {
 namespace {
 
+// Walks through the steps in order and tracks the materials that can be on the wafer.
 class Walk {
   public:
     Walk(const Recipe& recipe, std::span<const int> on_wafer)
@@ -29,7 +30,7 @@ class Walk {
             const Step& step = steps[i];
             const std::string here = fmt::format("{}[{}]", path, i);
             if (!step.steps.empty()) {
-                // The second round starts with what the first one leaves; the third meets nothing new.
+                // The second round starts with what the first leaves; a third would add none.
                 for (int round = 0; round < (step.repeat > 1 ? 2 : 1); ++round)
                     through(step.steps, here + ".steps");
             } else {
@@ -58,7 +59,7 @@ class Walk {
         add(named("deposit"));
         const ModelEntry* model = find_model(step.model);
         if (model == nullptr || !model->make) {
-            add(named("material"));  // what fills or coats
+            add(named("material"));  // material that fills or coats
             return;
         }
         auto entry = std::find_if(found.begin(), found.end(),
@@ -78,10 +79,10 @@ struct Column {
     const ByMaterial* value;
 };
 
-// The numbers or expressions of a key by material, as texts.
+// The numbers or expressions of a key by material, as text.
 struct TextColumn {
     std::string key;
-    std::map<std::string, std::string, std::less<>> values;  // "default" among them
+    std::map<std::string, std::string, std::less<>> values;  // including "default"
 };
 
 std::vector<TextColumn> texts(const std::vector<Key>& keys) {
@@ -114,7 +115,7 @@ std::string value_text(const ByMaterial& value, const std::string& material) {
     return value.fallback ? fmt::format("{:g}*", *value.fallback) : "-";
 }
 
-// A line a row, columns as wide as their longest text.
+// One line a row; columns as wide as their longest text.
 std::string aligned(const std::vector<std::vector<std::string>>& rows, const std::string& prefix) {
     std::vector<std::size_t> width(rows.front().size(), 0);
     for (const auto& row : rows)
@@ -237,9 +238,9 @@ std::string built_in_materials() {
     rows[0].push_back("also called");
     for (std::size_t m = 0; m < materials.size(); ++m) rows[m + 1].push_back(words[materials[m].name]);
     return fmt::format(
-        "Built-in materials: density in 1e22 atoms, or formula units of a compound, per cm^3; yields as the models' "
-        "keys\nsay, - where none is published and a recipe gives its own. There are yields of {}, too, whose "
-        "density a\n[[material]] of that name gives.\n{}",
+        "Built-in materials: density in 1e22 atoms, or formula units of a compound, per cm^3; yields as in the "
+        "models'\nkeys, - where none is published and a recipe must give one. {} has yields, too; a [[material]] "
+        "of that name\ngives its density.\n{}",
         fmt::join(others, ", "), aligned(rows, ""));
 }
 

@@ -12,7 +12,7 @@
 namespace sidewall::app {
 namespace {
 
-// 1 nm/s in the recipe's length per time.
+// Value of 1 nm/s in the recipe's length per time.
 double nm_per_s(const DomainSection& domain) {
     return 1e-9 * seconds_in(domain.time_unit) / metres_in(domain.length_unit);
 }
@@ -31,7 +31,7 @@ void refuse_mirrored_beams(const Model& model, const DomainSection& domain) {
         }
 }
 
-// What is not the same all around the axis.
+// Refuses directions, crystals and diffusion that are not symmetric about a round wafer's axis.
 void refuse_not_round(const Step& step, const Model& model, const DomainSection& domain) {
     if (!is_axial(domain)) return;
     const char* instead = "drop domain.symmetry and give domain.extent two numbers";
@@ -49,10 +49,10 @@ void refuse_not_round(const Step& step, const Model& model, const DomainSection&
             raise_key("direction",
                       "is not the same all around the axis of a round wafer: use [0, 0, 1], or {}", instead);
     if (!model.coverages.diffusing.empty())
-        raise_key("diffusion", "is not known on a round wafer: {}", instead);
+        raise_key("diffusion", "is not available on a round wafer: {}", instead);
 }
 
-// A path through a feature of n cells makes about (n cells / mean free path)^2 collisions.
+// Limits the cost: a path through a feature of n cells has about (n cells / mean free path)^2 collisions.
 constexpr double kLeastPath = 0.1;  // cells
 
 void settle_free_paths(Model& model, const DomainSection& domain) {
@@ -105,7 +105,7 @@ std::string why_monte_carlo(const Model& model, std::size_t k) {
     const flux::Species& species = model.species[k];
     const bool sticks = !model.sticking && !species.desorbs &&
                         std::ranges::all_of(species.sticking, [](double s) { return s == 1.0; });
-    // Nothing is re-emitted: a path is one flight, which starts where the source is bright.
+    // Without re-emission each path is one flight, which starts where the source is bright.
     return sticks ? "it sticks wherever it lands" : flux::why_not_radiosity(species);
 }
 

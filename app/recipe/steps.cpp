@@ -22,11 +22,11 @@ namespace {
 constexpr double kMostSteps = 100'000;  // after loops are unrolled
 constexpr double kLongestRun = kHuge;   // process time
 
-// Loops within loops. A path such as step[0].steps[1].species[0].yields[0].name then has kMostKeyParts parts
-// at most.
+// Deepest nesting of loops: a path such as step[0].steps[1].species[0].yields[0].name then has at most
+// kMostKeyParts parts.
 constexpr int kMostLoops = static_cast<int>(kMostKeyParts) - 4;
 
-// The sum of what the steps have, each as often as loops repeat it.
+// Sum of a quantity over the steps, each counted as often as loops repeat it.
 double total(const std::vector<Step>& steps, double (*of)(const Step&)) {
     double sum = 0.0;
     for (const Step& step : steps)
@@ -36,7 +36,7 @@ double total(const std::vector<Step>& steps, double (*of)(const Step&)) {
 
 Step read_step(const toml::table& table, const std::string& path, Recipe& recipe, int depth);
 
-// \p depth loops lie around the steps.
+// \p depth is the number of loops around the steps.
 std::vector<Step> read_list(const toml::table& parent, std::string_view key, const std::string& path,
                             Recipe& recipe, int depth) {
     std::vector<Step> steps;
@@ -46,7 +46,7 @@ std::vector<Step> read_list(const toml::table& parent, std::string_view key, con
     return steps;
 }
 
-// A key that names a file, a table, counts from the recipe's folder.
+// Makes the path of a CSV file absolute, relative to the recipe's folder, and reads it for errors and notes.
 void find_file(const toml::table& table, const std::string& path, const Key& key, const std::string& inner,
                Recipe& recipe) {
     std::string* const* target = std::get_if<std::string*>(&key.target);
@@ -62,7 +62,7 @@ void find_file(const toml::table& table, const std::string& path, const Key& key
         });
     try {
         CsvTable csv = read_csv(name);
-        if (key.name == "file")  // a table; sources have no lengths and times
+        if (key.name == "file")  // a table has units; a source has no lengths or times
             convert_columns(csv, {recipe.domain.length_unit, recipe.domain.time_unit});
         recipe.notes.push_back(fmt::format("{}.{}: {}", path, inner, csv.understood));
     } catch (const FileError& error) {
@@ -85,13 +85,13 @@ Step read_step(const toml::table& table, const std::string& path, Recipe& recipe
         return step;
     }
     const Rule rule = one_of(model_names());
-    read_key(table, path, {"model", &step.model, "", "", rule}, reading);  // decides which keys there are
+    read_key(table, path, {"model", &step.model, "", "", rule}, reading);  // decides which keys the step has
     if (step.model.empty())
         fail_missing(table, path + ".model",
                      "missing: name a model that `sidewall models` lists, or give the step steps");
     const ModelEntry& model = *find_model(step.model);
     step.parameters = model.defaults;
-    if (model.patterned) read_key(table, path, pattern_keys(step.pattern)[0], reading);  // so does its shape
+    if (model.patterned) read_key(table, path, pattern_keys(step.pattern)[0], reading);  // as does its shape
     read_keys(table, path, "a step of model " + step.model, keys_of(step), reading);
     each_key(model_keys(step),
              [&](const Key& key, const std::string& inner) { find_file(table, path, key, inner, recipe); });
@@ -103,8 +103,8 @@ Step read_step(const toml::table& table, const std::string& path, Recipe& recipe
     return step;
 }
 
-// The lowest point of the wafer as its layers make it; minus infinity where a mesh file or an earlier run
-// decides.
+// Lowest point of the wafer as its layers make it; minus infinity if an earlier run, a mesh, a profile or a
+// cut-out layer decides it.
 double lowest_start(const Recipe& recipe) {
     double lowest = kInfinity;
     if (!recipe.start.from.empty()) return -lowest;
@@ -115,7 +115,7 @@ double lowest_start(const Recipe& recipe) {
     return lowest;
 }
 
-// A cut must end above the bottom of what has none.
+// Checks that a cut through the substrate, which is endless, has a depth. Lowers \p lowest to the cut.
 void check_cut(const Step& step, const toml::table& table, const std::string& path, const Recipe& recipe,
                double& lowest) {
     const std::optional<double>& depth = geometric_step(step.parameters)->depth;
@@ -136,8 +136,8 @@ void check_cut(const Step& step, const toml::table& table, const std::string& pa
     if (depth && substrate) lowest = std::min(lowest, -*depth);
 }
 
-// Heights and thicknesses of geometric steps. \p lowest is the wafer's lowest point for as long as it is
-// known: until a step takes time, which may etch.
+// Checks heights and thicknesses of geometric steps. \p lowest is the wafer's lowest point; it becomes minus
+// infinity at the first step that takes time and might etch.
 void check_geometric(const toml::table& root, const std::vector<Step>& steps, const std::string& path,
                      Recipe& recipe, double& lowest) {
     const auto refuse = [&](const std::string& key_path, const std::string& rule) {
@@ -182,41 +182,45 @@ void check_geometric(const toml::table& root, const std::vector<Step>& steps, co
 }  // namespace
 
 std::vector<Key> keys_of(Step& step) {
-    std::vector<Key> list = {{"name", &step.name, "", "what reports call it"},
-                             {"repeat", &step.repeat, "", "times to run it", within(1, 100'000)}};
+    std::vector<Key> list = {
+        {"name", &step.name, "", "name of the step in reports"},
+        {"repeat", &step.repeat, "", "number of times that the step runs", within(1, 100'000)}};
     const ModelEntry* model = find_model(step.model);
     if (model == nullptr) return list;
-    list.insert(list.begin(),
-                {"model", &step.model, "", "see the models below", required(one_of(model_names()))});
+    list.insert(list.begin(), {"model", &step.model, "", "process model; `sidewall models` lists all",
+                               required(one_of(model_names()))});
     if (model->make) {  // a geometric step takes no time
         list.insert(
             list.begin() + 1,
             {"chemistry", &step.chemistry, "",
-             "numbers with sources for this model, which `sidewall models chemistry` lists, or a file.toml of your own "
-             "beside the recipe; keys of the step win"});
-        list.push_back({"duration", &step.duration, "time", "process time, at most", required(kPositive)});
+             "published numbers for this model: a name that `sidewall models chemistry` lists, or a .toml "
+             "file of your own, relative to the recipe; keys of the step take precedence"});
+        list.push_back({"duration", &step.duration, "time",
+                        "process time of the step; a stop condition may end it earlier",
+                        required(kPositive)});
         list.push_back({"stop_depth", &step.stop_depth, "length",
                         "ends the step when the lowest point is that far below z = 0"});
         list.push_back(
             {"stop_material", &step.stop_material, "",
              fmt::format(
-                 "ends the step when this material is bare on over {:g} of the floor under the openings: "
-                 "stop = \"bare(MATERIAL) > {:g}\"",
+                 "ends the step when this material is bare on more than {:g} of the floor area under the "
+                 "openings, as stop = \"bare(MATERIAL) > {:g}\" does",
                  kBareShare, kBareShare),
              kMaterial});
         list.push_back({"stop_thickness", &step.stop_thickness, "length",
                         "ends the step when the uppermost layer is that thick somewhere", kPositive});
         list.push_back(
             {"stop", &step.stop, "",
-             "ends the step when \"bare(Si) > 0.9\", a share of the floor under the openings, or when a figure of "
-             "[metrology] measures is above or below a value, e.g. \"depth > 2.0\" or \"cd_SiO2_at_0.5 < 0.3\", in the "
-             "recipe's units; lengths and volumes within a twentieth of a grid spacing of the front's way, angles and "
-             "ratios at the end of the time step"});
+             "condition that ends the step: a bare share of the floor area under the openings, such as "
+             "\"bare(Si) > 0.9\", or a figure of [metrology] measures above or below a value in the "
+             "recipe's units, such as \"depth > 2.0\" or \"cd_SiO2_at_0.5 < 0.3\". The surface moves at "
+             "most a twentieth of a grid spacing beyond a length or volume; angles and ratios are checked "
+             "at the end of each time step"});
         list.push_back({"over_etch", &step.over_etch, "",
-                        "goes on after the stop condition holds for this share of the time so far",
+                        "over-etch after the stop condition holds, as a share of the step's time until then",
                         within(0.0, 1000.0)});
         list.push_back({"over_etch_time", &step.over_etch_time, "time",
-                        "goes on after the stop condition holds for this time", within(0.0, kHuge)});
+                        "time of over-etch after the stop condition holds", within(0.0, kHuge)});
     }
     append_keys(list, model->keys(step.parameters));
     if (model->patterned) append_keys(list, pattern_keys(step.pattern));
@@ -225,7 +229,7 @@ std::vector<Key> keys_of(Step& step) {
 
 std::vector<Key> model_keys(const Step& step) {
     const ModelEntry* model = find_model(step.model);
-    // Targets can be written, which nobody does with these.
+    // The keys have writable targets; callers of this function only read them.
     return model == nullptr ? std::vector<Key>() : model->keys(const_cast<std::any&>(step.parameters));
 }
 

@@ -7,16 +7,16 @@
 
 namespace sidewall::app {
 
-/// The keys of a loop; or those of any step, then its model's and its pattern's.
+/// Keys of a loop; or the keys common to all steps, then those of the step's model and pattern.
 std::vector<Key> keys_of(Step& step);
 
-/// The keys of the step's model alone, whose targets are to be read only.
+/// Keys of the step's model alone. Only read their targets.
 std::vector<Key> model_keys(const Step& step);
 
-/// The steps that have names, those in loops too.
+/// All steps with a name, including those in loops.
 std::vector<NamedStep> named_steps(const std::vector<Step>& steps, const std::string& path = "step");
 
-/// Reads [[step]] into \p recipe, whose domain, materials and layers are read, and builds the steps' models.
+/// Reads [[step]] into \p recipe and builds the steps' models. \pre domain, materials and layers are read.
 /// \throws RecipeError.
 void read_steps(const toml::table& root, Recipe& recipe);
 

@@ -5,15 +5,15 @@
 
 namespace sidewall::app {
 
-/// What a page has besides a report's style, scripts and policy.
+/// What a page adds to the style, the scripts and the Content-Security-Policy of a report.
 struct PageParts {
     std::string_view style = {}, policy = {};
     std::vector<std::string_view> scripts = {};
 };
 
-/// The HTML of a page with its style, scripts and three.js inside; its policy forbids the browser to load anything.
+/// The HTML of a page, with style, scripts and three.js inside. Its policy forbids to load anything else.
 /// \param title  escaped for HTML.
-/// \param data   JSON that is safe in a script element; without `sections` the page's own scripts build it.
+/// \param data   JSON that is safe in a script element; without `sections` scripts of \p more build it.
 std::string page_html(const std::string& title, const std::string& data, const PageParts& more = {});
 
 }  // namespace sidewall::app

@@ -13,11 +13,11 @@
 #include "app/report/parts.hpp"
 #include "surface/error.hpp"
 
-// Pages of folders with many runs: sweeps, fits and studies.
+// Pages of folders with many runs: sweeps and fits.
 namespace sidewall::app {
 namespace {
 
-// Keys of --vary texts, which are KEY=LO:HI... or KEY=V1,V2.
+// The keys in the --vary options of a plan, which read KEY=LO:HI... or KEY=V1,V2.
 std::vector<std::string> varied_keys(const Json& plan) {
     std::vector<std::string> keys;
     for (const Json& text : plan.value("vary", Json::array()))
@@ -30,7 +30,7 @@ std::string short_value(const std::string& field) {
     return value.is_number() ? number_text(value, 4) : field;
 }
 
-// Final surfaces of the runs in a table, each once, named by their keys.
+// Final surface of each successful run in a table, labelled with the values of its keys.
 std::vector<ViewFrame> final_surfaces(const fs::path& folder, const TextTable& table,
                                       const std::vector<std::string>& keys) {
     std::vector<ViewFrame> frames;
@@ -47,7 +47,7 @@ std::vector<ViewFrame> final_surfaces(const fs::path& folder, const TextTable& t
     return frames;
 }
 
-// Keys of a table with their columns, which follow those of run and recipe.
+// Varied keys with their columns in a table; these follow the columns run and recipe.
 Json keys_of(const TextTable& table, const Json& plan, const Json& units) {
     Json all = Json::array();
     for (const std::string& key : varied_keys(plan))
@@ -70,18 +70,17 @@ Json measures_of(const TextTable& table, const Json& keys, const Json& units) {
     return measures;
 }
 
-// Adds the units of the varied keys to those of the measures, as a run's recipe has them.
+// Adds the units of the varied keys, from a run's recipe, to those of the measures.
 void add_key_units(const fs::path& effective, const Json& plan, Json& units) {
     try {
         const Recipe recipe = load_recipe(effective);
         const std::vector<KeyDoc> keys = settable_keys(recipe);
         for (const std::string& key : varied_keys(plan)) units[key] = unit_of_key(keys, recipe, key);
-    } catch (const Error&) {  // files that it names may be gone
+    } catch (const Error&) {  // files that the recipe names may be gone
     }
 }
 
-// The contours of figures over two keys, with the lines on which a fit's targets are met, and its best
-// values.
+// Contours of figures over two keys, with the lines where targets of a fit are met, and its best values.
 Json contour_section(const TextTable& table, const Json& plan) {
     Json section{{"type", "contour"}, {"title", "Contours over both keys"}, {"targets", Json::array()}};
     section["note"] = "Dots are runs, between which figures are taken to be linear.";
@@ -110,7 +109,7 @@ void add_table(const TextTable& table, const Json& plan, const Json& units, cons
         page.sections.push_back(Json{{"type", type}, {"title", title}});
         page.sections.back().update(shared);
     }
-    rows["source"] = true;  // the others draw its rows
+    rows["source"] = true;  // the other sections draw these rows
     page.sections.push_back(std::move(rows));
 }
 
@@ -130,7 +129,7 @@ std::string sentence(std::string remark) {
     return remark + ".";
 }
 
-// Fitted values with their intervals, and the bounds of the search.
+// Fitted values with their 95 % intervals and the bounds of the search.
 Json parameters_section(const Json& fit) {
     Json section{{"type", "intervals"}, {"title", "Parameters"}, {"rows", Json::array()}};
     for (const auto& [key, parameter] : fit.at("parameters").items()) {
@@ -175,7 +174,7 @@ Json residuals_section(const Json& fit) {
     return plain_table("Targets and residuals", columns, std::move(rows));
 }
 
-// The measured profiles of a fit and the contours of its runs, from overlay*.csv.
+// Charts of measured and simulated profiles of a fit, from overlay*.csv.
 Json overlays_section(const fs::path& folder) {
     std::set<fs::path> files;
     std::error_code unreadable;
@@ -287,7 +286,7 @@ Page fit_page(const fs::path& folder, std::size_t bytes) {
         add_key_units(any / "recipe.toml", fit, units);
         add_table(table, fit, units, "Figures of all runs over the keys", page);
     }
-    const Json several = fit.value("best_runs", Json::object());  // by recipe
+    const Json several = fit.value("best_runs", Json::object());  // by recipe; empty for a single recipe
     for (const auto& [label, number] : several.items())
         page.sections.push_back(recipe_section(fmt::format("Best values of {}", label),
                                                folder / fmt::format("best_{}.toml", label), ""));

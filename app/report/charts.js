@@ -1,13 +1,13 @@
 "use strict";
-// Charts as SVG, drawn at the width they get. All text goes through textContent: nothing in a recipe or a file's name
-// is ever read as markup.
+// Charts as SVG, drawn at the width of the page. All text becomes text nodes: nothing in a recipe or a file's name
+// is read as markup.
 const Sidewall = { errors: [] };
 addEventListener("error", (event) => Sidewall.errors.push(String(event.message)));
 
 (() => {
   const kHeight = 260, kColours = 8;
 
-  // An element with attributes and children; text children are text.
+  // An element with attributes, listeners ("on...") and children; strings become text nodes.
   Sidewall.el = (name, attributes = {}, ...children) => {
     const element = document.createElement(name);
     for (const [key, value] of Object.entries(attributes))
@@ -19,7 +19,7 @@ addEventListener("error", (event) => Sidewall.errors.push(String(event.message))
   };
   const { el } = Sidewall;
 
-  // The namespace comes from an SVG element that the parser made.
+  // The SVG namespace, taken from an element that the HTML parser made.
   const template = document.createElement("template");
   template.innerHTML = "<svg></svg>";
   const kSvg = template.content.firstChild.namespaceURI;
@@ -75,7 +75,7 @@ addEventListener("error", (event) => Sidewall.errors.push(String(event.message))
     return list.length > 1 ? list : Sidewall.ticks(low, high, 4);
   };
 
-  // One axis: from values to pixels.
+  // An axis: its range, its ticks and the map from values to pixels.
   function axis(values, from, to, log, wanted) {
     let low = Math.min(...values), high = Math.max(...values);
     if (log) {
@@ -94,7 +94,7 @@ addEventListener("error", (event) => Sidewall.errors.push(String(event.message))
     return { low, high, ticks: Sidewall.ticks(low, high, wanted), at: (v) => from + (v - low) / (high - low) * (to - from) };
   }
 
-  // Both axes at one scale, as a shape asks for, centred.
+  // Gives both axes the same scale, centred, so that shapes are not distorted.
   function equalAxes(x, y, box) {
     const scale = Math.min((box.right - box.left) / (x.high - x.low), (box.bottom - box.top) / (y.high - y.low));
     const grow = (a, pixels) => {
@@ -117,7 +117,7 @@ addEventListener("error", (event) => Sidewall.errors.push(String(event.message))
     chart.ramp ? Sidewall.shade(chart.series.length > 1 ? k / (chart.series.length - 1) : 0.4)
                : `var(--c${k % kColours})`;
 
-  // Lines whose colour comes again are dashed, in other lengths every time.
+  // The colours repeat after kColours lines; lines after that are dashed, with another length each time.
   const seriesDash = (chart, k) => (chart.ramp ? 0 : Math.floor(k / kColours));
   const dashes = (n) => (n ? [2 + 6 / n, 4] : []);
 
@@ -164,7 +164,7 @@ addEventListener("error", (event) => Sidewall.errors.push(String(event.message))
     });
   }
 
-  // The nearest point under the pointer, with its values; its line stands out.
+  // Shows the point nearest to the pointer with its values, and dims the other lines.
   function addReadout(root, chart, x, y, groups, tip) {
     const dot = svg("circle", { class: "here", r: 4.5, visibility: "hidden" });
     root.append(dot);
@@ -222,7 +222,7 @@ addEventListener("error", (event) => Sidewall.errors.push(String(event.message))
       const width = holder.clientWidth;
       if (width && width !== last) { last = width; draw(width); }
     };
-    new ResizeObserver(() => requestAnimationFrame(again)).observe(holder);  // no observer waits for another's drawing
+    new ResizeObserver(() => requestAnimationFrame(again)).observe(holder);  // draws after all observers were called
     requestAnimationFrame(again);
   };
 

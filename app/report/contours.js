@@ -1,9 +1,9 @@
 "use strict";
-// Contours of figures over the two keys of a sweep or a fit, linear between its runs.
+// Contours of figures over the two keys of a sweep or a fit, linear between runs.
 (() => {
   const { el, number, svg } = Sidewall;
 
-  // Triangles of Delaunay's triangulation, as numbers of points in the unit square (A. Bowyer, Computer J. 24 (1981) 162).
+  // Delaunay triangulation of points in the unit square, as indices (A. Bowyer, Computer J. 24 (1981) 162).
   function triangulate(points) {
     const all = [...points, [-50, -50], [100, -50], [-50, 100]], n = points.length;
     const circled = (a, b, c) => {
@@ -18,16 +18,16 @@
       for (const { corners } of triangles.filter(inside))
         corners.forEach((a, k) => {
           const b = corners[(k + 1) % 3], name = a < b ? `${a} ${b}` : `${b} ${a}`;
-          if (!edges.delete(name)) edges.set(name, [a, b]);  // those of two triangles lie within
+          if (!edges.delete(name)) edges.set(name, [a, b]);  // edges of two triangles are inside the cavity
         });
       triangles = triangles.filter((t) => !inside(t));
       for (const [a, b] of edges.values()) triangles.push(circled(a, b, p));
     });
-    const kSliver = 1e-6;  // along sides, whose points are shifted a little
+    const kSliver = 1e-6;  // area; points along a straight side are shifted and span slivers
     return triangles.filter((t) => t.area > kSliver && t.corners.every((c) => c < n)).map((t) => t.corners);
   }
 
-  // Ends of the pieces of a contour.
+  // Segments of a contour, as pairs of ends.
   function contour(points, triangles, level) {
     const pieces = [];
     for (const corners of triangles) {
@@ -43,7 +43,7 @@
     return pieces;
   }
 
-  // Runs at one place, as with several seeds, count by their mean.
+  // Points with the mean value of all runs that have the same keys, such as runs of several seeds.
   function places(rows, keys, column) {
     const found = new Map();
     for (const row of rows) {
@@ -58,7 +58,7 @@
     return [...found.values()];
   }
 
-  // The longest piece that is away from other labels carries that of its line.
+  // Draws a contour line; its label is on the longest segment that is away from other labels.
   function drawLine(root, pieces, kind, colour, text, labels) {
     if (!pieces.length) return;
     const kAway = 45, flat = (p) => `${p[0].toFixed(1)} ${p[1].toFixed(1)}`;
@@ -88,7 +88,7 @@
       const pixels = (list) => list.map((p) => ({ ...p, x: x.at(p.at[0]), y: y.at(p.at[1]) }));
       const points = pixels(found), values = points.map((p) => p.value);
       const low = Math.min(...values), high = Math.max(...values), hue = (v) => Sidewall.shade((v - low) / (high - low || 1));
-      const triangles = (list) => triangulate(list.map((p, k) => [   // no four on one circle
+      const triangles = (list) => triangulate(list.map((p, k) => [   // shifted: no four on one circle
         (p.x - box.left) / (box.right - box.left) + 1e-7 * Math.sin(12.9 * k),
         (p.y - box.top) / (box.bottom - box.top) + 1e-7 * Math.sin(78.2 * k)]));
       const over = triangles(points), labels = [];

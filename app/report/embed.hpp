@@ -1,7 +1,7 @@
 #pragma once
 #include <string_view>
 
-/// Puts a file into the program, so that nothing else is installed: its text is embedded_NAME.
+/// Embeds a file in the program, so that it needs no installed copy: embedded_NAME is its text.
 #define SIDEWALL_EMBED(name, path)                                                                \
     __asm__(".section .rodata\n.global sidewall_" #name "\nsidewall_" #name ":\n.incbin \"" path  \
             "\"\n.global sidewall_" #name "_end\nsidewall_" #name "_end:\n.byte 0\n.previous\n"); \

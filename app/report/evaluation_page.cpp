@@ -10,7 +10,7 @@
 #include "app/report/parts.hpp"
 #include "surface/files/file.hpp"
 
-// Pages of comparisons and studies, which weigh the ways of simplification, and of validations.
+// Pages of comparisons and studies of simplification methods, and of validations.
 namespace sidewall::app {
 namespace {
 
@@ -31,7 +31,8 @@ Json comparison_table(const Json& comparison, const Json& units) {
     for (const Json& name : names_of(comparison)) columns.push_back(name);
     columns.emplace_back("noise floor");
     Json rows = Json::array();
-    // A figure of every variant, by a JSON pointer; four digits of it, if it is rounded.
+    // Adds a row: the value at a JSON pointer in each variant, to four digits if rounded, and the noise
+    // floor.
     const auto row = [&](const std::string& name, const Json::json_pointer& pointer, bool rounded = false,
                          const Json& floor = {}) {
         const auto shown = [&](const Json& value) {
@@ -94,7 +95,7 @@ Json study_chart(const std::string& title, const char* x, const char* y) {
     return {{"title", title}, {"x", x}, {"y", y}, {"log_y", true}, {"series", Json::array()}};
 }
 
-// A line a method of what its rows have at a JSON pointer; nothing for rows that lack it.
+// A chart of the value at a JSON pointer over the share of vertices removed, one line a method.
 Json over_removal(const Json& surface, const char* title, const char* y, const char* pointer) {
     Json chart = study_chart(title, "vertices removed [%]", y);
     std::map<std::string, Json> lines;
@@ -106,8 +107,7 @@ Json over_removal(const Json& surface, const char* title, const char* y, const c
     return chart;
 }
 
-// The share of vertices farther from the simplified mesh than a distance, at the largest share of vertices
-// removed.
+// A chart of the share of vertices that lie farther than d from the simplified mesh, at the largest removal.
 Json distance_charts(const Json& surface) {
     Json chart = study_chart("Distances at the largest removal", "distance d [dx]",
                              "share of vertices farther than d [1]");

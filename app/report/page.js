@@ -1,5 +1,5 @@
 "use strict";
-// Builds the page from its data.
+// Builds the page from the JSON in it.
 (() => {
   const { el } = Sidewall;
   const data = JSON.parse(document.getElementById("data").textContent);
@@ -14,7 +14,7 @@
     matrix: (s) => Sidewall.scatterMatrix(s, rows),
   });
 
-  // A section's element by its type; others draw from the rows of the page's table.
+  // The element of each section, by its type. Response, contour and matrix draw the rows of the table with `source`.
   Sidewall.sectionsOf = (page) => {
     const table = page.sections.find((section) => section.source);
     const drawing = draw(table ? table.rows : []);

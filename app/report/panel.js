@@ -1,10 +1,10 @@
 "use strict";
-// Controls and readouts around the 3-D view: buttons, sliders, the key of its colours, and a line on what lies under the pointer.
+// Controls of the 3-D view: buttons, sliders, colour legend, and a readout of the point under the pointer.
 (() => {
   const { el, number } = Sidewall, kAxes = "xyz";
 
   Object.assign(Sidewall.Viewer.prototype, {
-    // Picks the surface, or a face with its colour, at a place of the canvas in shares of its size; else null.
+    // Picks the surface, or a painted face with its colour, at (x, y) in shares of the canvas; null if neither.
     picked(x, y) {
       const ray = new THREE.Raycaster();
       ray.setFromCamera({ x: 2 * x - 1, y: 1 - 2 * y }, this.eye);
@@ -13,7 +13,7 @@
         hit.object === this.faces[4].mesh || this.clip.distanceToPoint(hit.point) >= -1e-6);
       for (const hit of hits) {
         const face = this.faces.find((f) => f.mesh === hit.object);
-        if (face) {  // clear where there is gas
+        if (face) {  // transparent where it shows gas
           const px = Math.min(Math.floor(hit.uv.x * face.canvas.width), face.canvas.width - 1);
           const py = Math.min(Math.floor((1 - hit.uv.y) * face.canvas.height), face.canvas.height - 1);
           const c = face.canvas.getContext("2d").getImageData(px, py, 1, 1).data;
@@ -25,7 +25,7 @@
       return null;
     },
 
-    // Material and value of the surface at a hit, in the colours that are shown.
+    // Material of the surface at a hit; with an attribute also its value and its place on the colour bar.
     reading(hit) {
       const data = this.surface(this.frame), { a, b, c } = hit.face, position = data.position;
       const triangle = [a, b, c].map((v) => new THREE.Vector3(...[0, 1, 2].map((k) => this.local(position[3 * v + k], k))));
@@ -35,7 +35,7 @@
       if (this.colour >= 0) {
         const v = [a, b, c].map((k) => this.value(data.values[this.colour][k]));
         result.value = weights.x * v[0] + weights.y * v[1] + weights.z * v[2];
-        // The place on the bar runs linearly across a triangle, as it is drawn.
+        // The place on the bar is linear within a triangle, as in the picture.
         const s = v.map((w) => Math.min(Math.max(this.share(w), 0), 1));
         result.share = weights.x * s[0] + weights.y * s[1] + weights.z * s[2];
       }
@@ -66,7 +66,7 @@
     return el("label", { class: "check" }, box, text);
   };
 
-  // The key of the colours: swatches, or a bar with round values.
+  // The colour legend: swatches of the materials, or a bar with round values.
   function drawLegend(viewer, holder) {
     const { section } = viewer;
     if (viewer.colour < 0) {
@@ -149,7 +149,7 @@
     return el("div", { class: "row" }, select, slider, label);
   }
 
-  // The whole section of the page.
+  // The section with the view and its controls.
   Sidewall.view = (section) => {
     const holder = el("div", { class: "canvas" });
     const note = el("p", { class: "note" }, section.note || "");
@@ -182,7 +182,7 @@
     const root = el("div", { class: "view" }, holder, el("div", { class: "side" }, legend, panel), viewer.readout,
       el("p", { class: "note" }, "Drag to turn, wheel or pinch to zoom, shift-drag or two fingers to move, double click to " +
         "reset; with the keyboard: arrows, + and −, shift and arrows, 0. "), note);
-    // Whether another state of the wafer can be shown in place of this one.
+    // Whether this view can show `next`: as many frames, the same attributes, and a size within a factor of about 1.5.
     viewer.takes = (next) => {
       const before = viewer.section, size = ({ min, max }) => Math.hypot(...max.map((v, k) => v - min[k]));
       const form = ({ frames, attributes, outlines }) => JSON.stringify([frames.length, attributes.map((a) => a.label), !(outlines || []).length]);

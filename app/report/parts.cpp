@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::size_t kMostShownBytes = 200'000, kMostRows = 2000;
 
-// Shortens a text that is too long for a page.
+// Cuts a text that is too long for a page after a whole line.
 std::string page_text(std::string text) {
     if (text.size() <= kMostShownBytes) return text;
     text.resize(text.rfind('\n', kMostShownBytes) + 1);
@@ -40,7 +40,7 @@ std::string differing_lines(const std::string& text, const std::string& other) {
     return lines;
 }
 
-// Up to four planes that a recipe asks to be cut.
+// Up to four planes in which a recipe asks for profiles; y = 0 if it cannot be read.
 std::vector<surface::Plane> planes_of(const fs::path& effective) {
     constexpr std::size_t kMost = 4;
     std::vector<surface::Plane> planes;
@@ -48,7 +48,7 @@ std::vector<surface::Plane> planes_of(const fs::path& effective) {
         const Recipe recipe = load_recipe(effective);
         planes = profile_planes(recipe);
         if (planes.empty()) planes.push_back(surface::parse_plane(recipe.metrology.cut));
-    } catch (const Error&) {  // files that it names may be gone
+    } catch (const Error&) {  // files that the recipe names may be gone
         planes.push_back({});
     }
     if (planes.size() > kMost) planes.resize(kMost);
@@ -70,7 +70,7 @@ Json recipe_section(const std::string& title, const fs::path& effective, const s
         section["effective"] = page_text(text);
         try {
             section["by_material"] = page_text(values_by_material(parse_recipe(text, effective.string())));
-        } catch (const Error&) {  // files that it names may be gone
+        } catch (const Error&) {  // files that the recipe names may be gone
         }
     }
     if (source.empty()) return section;
@@ -128,7 +128,7 @@ Json table_section(const std::string& title, const TextTable& table, const Json&
             break;
         }
         Json fields = Json::array();
-        for (std::size_t k = 0; k < row.size(); ++k)  // a run's number is the name of its folder
+        for (std::size_t k = 0; k < row.size(); ++k)  // text, not a number: the name of the run's folder
             fields.push_back(table.names[k] == "run" ? Json(row[k]) : field_json(row[k]));
         section["rows"].push_back(std::move(fields));
     }
@@ -136,11 +136,11 @@ Json table_section(const std::string& title, const TextTable& table, const Json&
 }
 
 TextTable last_of_timeline(const fs::path& timeline) {
-    constexpr std::streamoff kTail = 65'536;  // longer than any row
+    constexpr std::streamoff kTail = 65'536;  // bytes; longer than any row
     std::ifstream file;
     std::string names(kTail, '\0'), tail;
     std::error_code failure;
-    if (fs::is_regular_file(timeline, failure))  // a pipe would be waited for
+    if (fs::is_regular_file(timeline, failure))  // opening a pipe would block
         file.open(timeline, std::ios::binary);
     if (!file.getline(names.data(), kTail))
         throw FileError("{}: cannot be read, or its first line has over {} bytes", timeline.string(), kTail);
@@ -152,7 +152,7 @@ TextTable last_of_timeline(const fs::path& timeline) {
     file.seekg(from);
     tail.assign(std::istreambuf_iterator<char>(file), {});
     if (from > begin) tail.erase(0, tail.find('\n') + 1);
-    tail.resize(tail.rfind('\n') + 1);  // what comes after it is half a row
+    tail.resize(tail.rfind('\n') + 1);  // drops an incomplete row
     const std::vector<std::vector<std::string>> rows = csv_rows(names + "\n" + tail);
     TextTable table{.names = rows.front()};
     if (rows.size() > 2) table.rows.push_back(rows[rows.size() - 2]);

@@ -20,8 +20,8 @@
 namespace sidewall::app {
 namespace {
 
-// A recipe on the grid of a picture, of one level. Every layer has a level set of its own, so that stacks
-// have fewer and thicker periods, and many layers fewer cells.
+// The recipe on one grid level that is fine enough for a picture. Each layer costs a level set: stacks get
+// fewer and thicker periods, and wafers of many layers fewer cells.
 Recipe preview_of(const Recipe& recipe) {
     constexpr double kMostCells = 96.0, kMostFlatCells = 400.0, kFewestCells = 12.0, kManyLayers = 12.0;
     Recipe preview = recipe;
@@ -43,8 +43,7 @@ Recipe preview_of(const Recipe& recipe) {
     return preview;
 }
 
-// What a shape that is open or stays leaves on the wafer, seen from above: of a mask, a trench, a hole or a
-// box.
+// Outlines of a mask, box, trench or hole seen from above, with their copies on periodic axes.
 std::vector<levelset::Polygon> outlines_of(const levelset::Shape& shape, const levelset::Domain& domain) {
     const auto rectangle = [](double x, double y) {
         return levelset::Polygon{{-x / 2, -y / 2}, {x / 2, -y / 2}, {x / 2, y / 2}, {-x / 2, y / 2}};
@@ -66,7 +65,7 @@ std::vector<levelset::Polygon> outlines_of(const levelset::Shape& shape, const l
     return levelset::repeated(outlines, domain);
 }
 
-// The patterns of steps, and of those in loops.
+// Adds the shapes of patterned steps (mask, cut), in loops too.
 void add_patterns(const std::vector<Step>& steps, const Recipe& recipe, std::vector<levelset::Shape>& masks) {
     for (const Step& step : steps) {
         add_patterns(step.steps, recipe, masks);
@@ -75,7 +74,7 @@ void add_patterns(const std::vector<Step>& steps, const Recipe& recipe, std::vec
     }
 }
 
-// The outlines of masks among layers and steps, as [[[x, y], ...], ...]: as many as a picture shows.
+// Outlines of masks in layers and steps, as [[[x, y], ...], ...], up to kMostCorners corners in all.
 Json mask_outlines(const Recipe& recipe) {
     constexpr std::size_t kMostCorners = 20'000;
     std::vector<levelset::Shape> masks;
@@ -104,7 +103,7 @@ std::string text_or_none(const fs::path& file) {
     }
 }
 
-// The keys and figures that a table of runs has columns for: the first by name.
+// Most columns for keys and for figures in a table of runs; the first by name are kept.
 constexpr std::size_t kMostKeys = 12, kMostFigures = 60;
 
 template <class Map>
@@ -163,9 +162,9 @@ Page recipe_page(const Recipe& recipe, std::size_t bytes) {
 
 std::map<std::string, std::string> written_keys(const std::string& effective) {
     std::map<std::string, std::string> keys;
-    std::map<std::string, int> count;  // of tables in a list, by its path
+    std::map<std::string, int> count;  // tables seen of each list, by its path
     std::string prefix;
-    // In bytes: each part of a longer name would be kept with all parts before it.
+    // Bytes; longer names are skipped, as `count` holds all prefixes of a name: memory grows as its square.
     constexpr std::size_t kLongest = 1000;
     for (const std::string& line : split(effective, '\n')) {
         if (std::min(line.find(" = "), line.size()) > kLongest) continue;
@@ -193,15 +192,15 @@ RunRow run_row(const std::string& name, const std::string& recipe, const std::st
     try {
         row.keys = written_keys(recipe);
         add_figures(summary, timeline, row);
-        keep_first(row.figures, kMostFigures + 1);  // one more says that there are more
-    } catch (const std::exception&) {  // files of another program, or damaged: the row stays empty
+        keep_first(row.figures, kMostFigures + 1);  // one more, so that runs_table notices the rest
+    } catch (const std::exception&) {               // files are damaged or of another program
     }
     return row;
 }
 
 Json runs_table(const std::vector<RunRow>& rows) {
-    std::map<std::string, std::set<std::string>> values;  // that a key has in all runs
-    std::map<std::string, std::string> measures;          // and their units
+    std::map<std::string, std::set<std::string>> values;  // values of each key in all runs
+    std::map<std::string, std::string> measures;          // units of the figures
     std::set<std::string> all;
     for (const RunRow& row : rows) {
         for (const auto& [key, value] : row.keys) all.insert(key);
@@ -250,7 +249,7 @@ Page runs_page(const std::vector<fs::path>& folders, std::size_t bytes) {
              page);
     for (Json& section : page.sections)
         if (section["type"] == "charts")
-            for (Json& chart : section["charts"]) chart["ramp"] = false;  // no order among them
+            for (Json& chart : section["charts"]) chart["ramp"] = false;  // runs have no order
     return page;
 }
 

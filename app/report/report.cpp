@@ -15,7 +15,7 @@
 
 namespace sidewall::app {
 
-// Pages by what a folder holds; each takes the bytes that its 3-D view may have.
+// Pages by the kind of a folder; \p bytes is what the 3-D view may take.
 Page run_page(const fs::path& folder, std::size_t bytes, const std::optional<SavedSurface>& only,
               bool later);                                        // run_page.cpp
 Page comparison_page(const fs::path& folder, std::size_t bytes);  // evaluation_page.cpp
@@ -26,7 +26,7 @@ Page fit_page(const fs::path& folder, std::size_t bytes);
 
 namespace {
 
-// Room for the 3-D view, beside scripts and style, and charts and tables at their largest.
+// Bytes left for the 3-D view after scripts, style and the usual most of charts and tables.
 std::size_t view_bytes() {
     constexpr std::size_t kTables = 700'000;
     return kMostPageBytes - page_html("", "").size() - kTables;
@@ -51,8 +51,8 @@ Page page_of(const fs::path& folder, std::size_t bytes) {
         folder.string());
 }
 
-// JSON for a script element, which "</script>" or "<!--" in a string must not end. Invalid UTF-8, as in a
-// file's name, is replaced.
+// JSON for a script element: "<" is escaped, so that "</script>" or "<!--" in a string does not end it.
+// Invalid UTF-8, as in a file's name, is replaced.
 std::string script_json(const Json& json) {
     return boost::replace_all_copy(json.dump(-1, ' ', false, Json::error_handler_t::replace), "<", "\\u003c");
 }
@@ -65,12 +65,12 @@ Report report_of(const Page& page) {
     return report;
 }
 
-// \p page makes the page whose view has so many bytes; \p name is for messages.
+// The report of page(bytes), which makes a page whose view takes so many bytes; \p name is for messages.
 template <class MakePage>
 Report fitting_report(const std::string& name, const MakePage& page) {
     try {
         Report report = report_of(page(view_bytes()));
-        // Texts and tables may take more than expected: then the view gets less.
+        // Texts and tables took more than kTables: the view gets that much less.
         if (const std::size_t size = report.html.size(); size > kMostPageBytes)
             report = report_of(page(view_bytes() - std::min(view_bytes(), size - kMostPageBytes)));
         if (report.html.size() > kMostPageBytes)

@@ -10,27 +10,27 @@
 
 namespace sidewall::app {
 
-/// Largest page. What does not fit is coarsened or left out, and the page says so.
+/// Largest page, in bytes. What does not fit is coarsened or left out, and the page says so.
 inline constexpr std::size_t kMostPageBytes = 6'000'000;
 
 /// A page of results.
 struct Report {
     std::string kind;  ///< "run", "runs", "recipe", "sweep", "fit", "comparison", "study" or "validation"
-    std::string html;  ///< one file that needs no other
-    std::string data;  ///< that the page's scripts draw, as JSON
-    std::size_t surfaces = 0;  ///< in its 3-D view
+    std::string html;  ///< the whole page, which needs no other file
+    std::string data;  ///< JSON that the page's scripts draw
+    std::size_t surfaces = 0;  ///< number in the 3-D view
 };
 
-/// Makes a page of all that a folder of `run`, `sweep`, `fit`, `compare`, `study` or `validate` holds, finished or not: a 3-D
-/// view, charts, tables and the recipe.
-/// \param only   of a run's surfaces, to be the only one in the view; none: all of them.
-/// \param later  instead of it the checkpoint's wafer, if that is later than all of them.
+/// Makes a page of a folder that `run`, `sweep`, `fit`, `compare`, `study` or `validate` wrote, finished or
+/// not: 3-D view, charts, tables and recipe.
+/// \param only   the only surface of a run that the view shows; none: all saved ones.
+/// \param later  instead of \p only show the checkpoint's wafer, if that is later than all saved surfaces.
 /// \throws FileError naming what is missing or damaged.
 Report make_report(const std::filesystem::path& folder, const std::optional<SavedSurface>& only = {},
                    bool later = false);
 
-/// Makes a page of several runs beside each other.
-/// \pre there is one.
+/// Makes a page of several runs side by side.
+/// \pre \p runs is not empty.
 Report make_report(const std::vector<std::filesystem::path>& runs);
 
 /// Makes a page of the wafer that a recipe begins with.

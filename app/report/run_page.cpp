@@ -14,7 +14,7 @@
 namespace sidewall::app {
 namespace {
 
-constexpr std::size_t kMostPoints = 1000;  // of a curve
+constexpr std::size_t kMostPoints = 1000;  // most points of a curve
 
 // The timeline of a run: curves over process time.
 class Timeline {
@@ -29,7 +29,7 @@ class Timeline {
     const TextTable& table() const { return table_; }
     std::string time_label() const { return axis_label("time", name_and_unit(table_.names[time_]).second); }
 
-    /// Points of a column. A measure's value at the end is in the summary, not in a row.
+    /// Points [time, value] of a column. The value of a measure at the end of the run is in the summary only.
     Json points(std::size_t column) const {
         Json all = Json::array();
         const std::size_t stride =
@@ -43,7 +43,7 @@ class Timeline {
         return all;
     }
 
-    /// Times at which steps begin, with their names, if they are few.
+    /// Start times of steps with their names; empty if there are over kMost.
     Json marks() const {
         constexpr std::size_t kMost = 20;
         Json marks = Json::array();
@@ -52,7 +52,7 @@ class Timeline {
             const auto& row = table_.rows[r];
             if (r > 0 && row[*name] == table_.rows[r - 1][*name]) continue;
             const Json time = field_json(row[time_]);
-            if (!marks.empty() && marks.back()[0] == time)  // a step that took no time
+            if (!marks.empty() && marks.back()[0] == time)  // the step before took no time
                 marks.back()[1] = marks.back()[1].get<std::string>() + ", " + row[*name];
             else
                 marks.push_back(Json::array({time, row[*name]}));
@@ -80,7 +80,7 @@ class Timeline {
     std::size_t time_ = 0;
 };
 
-// Name of the chart that a measure shares with those of its family.
+// Title of the chart that a measure shares, such as "film" for all measures film_*.
 std::string family_of(const std::string& name) {
     for (const char* start : {"film_", "step_coverage_", "cd_at_", "scallop_"})
         if (name.starts_with(start)) {
@@ -136,7 +136,7 @@ Json phases_section(const Json& timing) {
         {"type", "bars"}, {"title", "Time by phase"}, {"unit", "s"}, {"names", {"seconds"}}, {"rows", rows}};
 }
 
-// A row for each item of what it has at the fields.
+// Table rows: for each item its values at the fields, null where it has none.
 template <class Fields>
 Json rows_of(const Json& items, const Fields& fields) {
     Json rows = Json::array();
@@ -147,7 +147,7 @@ Json rows_of(const Json& items, const Fields& fields) {
     return rows;
 }
 
-// What every step was asked for, how it ended, and the measures at its end, if the run took them.
+// Table of steps: duration asked for and taken, reason of the end, and measures at the end if there are any.
 Json steps_section(const Json& summary, const Json& units, const std::string& time) {
     std::vector<std::string> columns{
         "step",     "model",     fmt::format("asked [{}]", time), fmt::format("took [{}]", time),

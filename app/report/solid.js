@@ -1,6 +1,6 @@
 "use strict";
-// Meshes as the page carries them, and what a plane shows where it cuts the materials. Each material's upper boundary
-// encloses all that lies below it: a point is inside where an odd number of its faces lie above.
+// Decodes meshes of the page and paints sections through the materials. The mesh of a layer is its upper boundary: a
+// point is below the boundary, in this layer or a lower one, if an odd number of its faces lie above the point.
 (() => {
   const bytes = (text) => {
     const binary = atob(text), array = new Uint8Array(binary.length);
@@ -13,7 +13,7 @@
     return array;
   };
 
-  // Positions in world units, from 16 bits across the box.
+  // A mesh from its encoded form (view_mesh.hpp); positions in world units, from 16 bits across the box.
   Sidewall.decode = (json, min, max) => {
     const p = words(json.p), position = new Float32Array(p.length);
     for (let i = 0; i < p.length; ++i) position[i] = min[i % 3] + p[i] / 65535 * (max[i % 3] - min[i % 3]);
@@ -28,7 +28,7 @@
 
   const kOthers = [[1, 2], [0, 2], [0, 1]];
 
-  // Section of a mesh by the plane `axis` = `at`: u0, v0, u1, v1 of each piece, in the other two axes.
+  // Section of a mesh by the plane `axis` = `at`: ends u0, v0, u1, v1 of each segment, along the other two axes.
   Sidewall.crossing = (mesh, axis, at) => {
     const { position, index } = mesh, [a, b] = kOthers[axis], pieces = [];
     for (let t = 0; t < index.length; t += 3) {
@@ -46,8 +46,8 @@
     return pieces;
   };
 
-  // Each piece of a boundary with all that lies between it and a far side, to be filled where counted odd: `far` takes a point
-  // to that side.
+  // Adds for each segment the quadrilateral between it and a far side, to which `far` moves a point. The even-odd rule
+  // then fills the region between the boundary and that side.
   function addSpans(path, pieces, x, y, far) {
     for (let i = 0; i < pieces.length; i += 4) {
       const a = [x(pieces[i]), y(pieces[i + 1])], b = [x(pieces[i + 2]), y(pieces[i + 3])];
@@ -57,8 +57,8 @@
     }
   }
 
-  // The region below a boundary on a level plane: spans to the right, counted from the left side, where an upright plane shows
-  // what is inside.
+  // The region below a boundary on a horizontal plane: quadrilaterals to the right side, and rectangles for the parts of the
+  // left side that lie below the boundary. `side` is the section by the vertical plane at the left side.
   function addBeside(path, pieces, side, height, x, y, box) {
     const right = x(box.max[0]);
     addSpans(path, pieces, x, y, (p) => [right, p[1]]);
@@ -75,8 +75,8 @@
     if (above % 2) path.rect(x(box.min[0]), y(box.min[1]), right - x(box.min[0]), y(box.max[1]) - y(box.min[1]));
   }
 
-  // Paints the materials that the plane cuts; what is gas stays clear. `solids` from the uppermost down, each
-  // { mesh, colour }. `box` bounds the picture.
+  // Paints the materials in a plane; gas stays transparent. `solids` are { mesh, colour } from the uppermost down, each
+  // painted over those before it. `box` bounds the picture.
   Sidewall.paintSection = (canvas, solids, axis, at, box) => {
     const [a, b] = kOthers[axis], context = canvas.getContext("2d"), { width, height } = canvas;
     const x = (u) => (u - box.min[a]) / (box.max[a] - box.min[a]) * width;

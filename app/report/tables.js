@@ -1,11 +1,11 @@
 "use strict";
-// Tables, what is drawn from their rows, and texts.
+// Tables, charts that are drawn from their rows, and texts (recipes, Markdown).
 (() => {
   const { el, number } = Sidewall;
 
   const shown = (value) => typeof value === "number" ? number(value, 6) : value === null ? "" : String(value);
 
-  // Numbers before texts, empty fields last whichever way.
+  // Sorts numbers before texts, and empty fields last in either direction.
   function compare(a, b, sign) {
     if (a === null || b === null) return (a === null) - (b === null);
     if (typeof a === "number" && typeof b === "number") return sign * (a - b);
@@ -13,7 +13,7 @@
     return sign * String(a).localeCompare(String(b), "en", { numeric: true });
   }
 
-  // Headings are buttons that sort.
+  // A table whose headings are buttons that sort it.
   Sidewall.table = (section) => {
     const body = el("tbody"), rows = section.rows.slice();
     const numeric = section.columns.map((_, k) => rows.every((row) => row[k] === null || typeof row[k] === "number"));
@@ -46,7 +46,7 @@
     return el("label", { class: "choice" }, label, " ", select);
   };
 
-  // Every measure over one key; runs that agree in the other keys are one line, unless these are many.
+  // Charts of every measure over one key. Runs with equal other keys form a line; over kMostLines lines, or single runs, are dots.
   Sidewall.response = (section, rows) => {
     const kMostLines = 8;
     const good = rows.filter((row) => row[row.length - 1] === "ok");
@@ -75,7 +75,7 @@
               charts, measures.length ? "" : el("p", { class: "none" }, "No measure varies."));
   };
 
-  // Every pair of keys and measures; a run that is pointed at stands out in all of them.
+  // Scatter plots of all pairs of keys and measures; a run under the pointer is marked in all of them.
   Sidewall.scatterMatrix = (section, rows) => {
     const kMost = 6, kCell = 170;
     const good = rows.filter((row) => row[row.length - 1] === "ok");
@@ -188,7 +188,7 @@
     return el("div", {}, ...parts);
   };
 
-  // Markdown as the study's report uses it: headings, tables, paragraphs.
+  // The Markdown of the study's report: headings, tables and paragraphs only.
   Sidewall.markdown = (section) => {
     const out = el("div", { class: "markdown" });
     const cells = (line) => line.replace(/^\||\|\s*$/g, "").split("|").map((c) => c.trim());
@@ -198,7 +198,7 @@
       if (!lines.length) continue;
       const heading = /^(#+)\s+(.*)$/.exec(lines[0]);
       if (heading) {
-        if (heading[1].length > 1) out.append(el(`h${Math.min(heading[1].length + 1, 5)}`, {}, heading[2]));  // the first is the section's
+        if (heading[1].length > 1) out.append(el(`h${Math.min(heading[1].length + 1, 5)}`, {}, heading[2]));  // the section has the title
         lines.shift();
       }
       if (lines.length > 1 && lines[0].startsWith("|"))

@@ -25,17 +25,17 @@ namespace {
 
 constexpr std::size_t kMostFrames = 100, kMostLines = 40, kMostAttributes = 12;
 
-// Levels of coarsening, from none to one that still shows features of some cells.
+// Levels of coarsening, in cells: error bound, longest edge. The last still shows features of some cells.
 constexpr ViewDetail kDetails[] = {{0.0, 0.0}, {0.01, 2.0}, {0.025, 3.0}, {0.05, 4.0},
                                    {0.1, 6.0}, {0.2, 8.0},  {0.5, 16.0},  {1.0, 32.0}};
 
 struct Frame {
     ViewMesh surface;
-    std::vector<std::pair<std::string, int>> layers;  // interfaces by digest, and the materials below them
+    std::vector<std::pair<std::string, int>> layers;  // digest of each interface, material below it
     int top = 0;                                      // material of the uppermost layer
     Box3 box;
-    std::size_t triangles = 0;                                  // as saved
-    std::vector<std::vector<std::vector<Vec3>>> profiles = {};  // by plane, then line
+    std::size_t triangles = 0;                                  // before coarsening
+    std::vector<std::vector<std::vector<Vec3>>> profiles = {};  // points by plane, then line
 };
 
 struct Scene {
@@ -43,7 +43,7 @@ struct Scene {
     surface::MeshMetadata metadata;
     std::vector<Frame> frames;
     std::map<std::string, ViewMesh> interfaces;
-    double cell = 0.0;  // the coarsest of all
+    double cell = 0.0;  // largest of all frames
 
     std::size_t size() const {
         std::size_t bytes = 0;
@@ -53,7 +53,7 @@ struct Scene {
     }
 };
 
-// At most \p most of the items: the first, the last and others evenly between them.
+// At most \p most of the items: the first, the last and others evenly spaced between them.
 template <class T>
 std::vector<T> thinned(std::vector<T> items, std::size_t most) {
     if (items.size() <= most) return items;
@@ -73,7 +73,7 @@ Result result_of(const ViewFrame& frame) {
     return frame.wafer ? *frame.wafer : read_saved(frame.folder, frame.saved);
 }
 
-// Names of scalar attributes, rates and fluxes first, as only so many fit.
+// Names of the scalar attributes to show. Rates and fluxes come first, because only kMostAttributes are kept.
 std::vector<std::string> attributes_of(const std::vector<ViewFrame>& frames) {
     std::vector<std::string> names;
     for (const ViewFrame& frame : {frames.front(), frames[frames.size() / 2], frames.back()}) {
@@ -90,13 +90,13 @@ std::vector<std::string> attributes_of(const std::vector<ViewFrame>& frames) {
 
 std::vector<std::vector<Vec3>> drawn_profile(const TriangleMesh& mesh, const surface::Plane& plane,
                                              double cell) {
-    constexpr double kOff = 0.02;  // of a cell
+    constexpr double kOff = 0.02;  // largest distance of a simplified line, in cells
     std::vector<std::vector<Vec3>> lines;
     for (const surface::Polyline& polyline : surface::cut_by_plane(mesh, plane)) {
         std::vector<Vec3> points = polyline.points;
         if (points.size() < 2) continue;
         if (polyline.closed) points.push_back(points.front());
-        // Within a distance, by the algorithm of Douglas and Peucker (1973).
+        // Simplifies within that distance by the algorithm of Douglas and Peucker (1973).
         boost::geometry::simplify(points, lines.emplace_back(), kOff * cell);
     }
     return lines;
@@ -128,7 +128,7 @@ Frame read_frame(const ViewFrame& source, const ViewDetail& detail, const std::v
             const std::lock_guard guard(lock);
             if (scene.interfaces.contains(digest)) continue;
         }
-        // Two threads that both make it make the same.
+        // Without the lock: two threads may make the same mesh twice, with equal results.
         ViewMesh made = bare_view_mesh(mesh, detail, cell);
         const std::lock_guard guard(lock);
         scene.interfaces.try_emplace(digest, std::move(made));
@@ -148,7 +148,7 @@ void read_frames(const std::vector<ViewFrame>& sources, const ViewDetail& detail
     });
 }
 
-// Estimates the finest detail whose text fits, from a sample of the frames.
+// Estimates the finest level of detail whose text fits into \p bytes, from a sample of the frames.
 std::size_t likely_detail(const std::vector<ViewFrame>& frames, Scene& scene, std::size_t bytes) {
     constexpr std::size_t kSamples = 4;
     std::vector<ViewFrame> some = frames;
@@ -166,7 +166,7 @@ std::size_t likely_detail(const std::vector<ViewFrame>& frames, Scene& scene, st
     return d;
 }
 
-// The colour bar of each attribute, for all frames.
+// Ends of the colour bar of each attribute, over all frames.
 std::vector<std::array<double, 2>> ranges_of(const Scene& scene) {
     std::vector<std::array<double, 2>> ranges;
     for (std::size_t a = 0; a < scene.attributes.size(); ++a) {
@@ -290,7 +290,7 @@ View make_view(std::vector<ViewFrame> frames, const std::vector<surface::Plane>&
         scene.metadata = frames.back().wafer->metadata;
     else
         surface::read_mesh(frames.back().saved.file, &scene.metadata);
-    // Profiles take a part of the bytes, too.
+    // The charts of profiles take about 4000 bytes a line.
     const std::size_t most =
         bytes - std::min(bytes, 4000 * planes.size() * std::min(frames.size(), kMostLines));
     std::size_t d = likely_detail(frames, scene, most);

@@ -20,19 +20,19 @@ namespace {
 
 constexpr double kCrease = 40.0 * std::numbers::pi / 180.0;
 constexpr std::uint16_t kNoValue = 65535;
-constexpr double kAnyLength = 1e6;  // cells
+constexpr double kAnyLength = 1e6;  // cells; longer than any edge
 
-// Corners of a mesh grouped into new vertices: those around a vertex with one material on one side of a
-// crease.
+// Corners of triangles, grouped: a group holds the corners at one vertex that have the same material and lie
+// on the same side of a crease. Each group becomes a vertex of the page's mesh.
 struct CornerGroups {
-    std::vector<std::uint32_t> of_corner;  // 3 t + k
-    std::vector<std::uint32_t> vertex;     // of each group, in the mesh
-    std::vector<int> material;             // of each group
+    std::vector<std::uint32_t> of_corner;  // group of corner k of triangle t, at 3 t + k
+    std::vector<std::uint32_t> vertex;     // vertex of each group in the mesh
+    std::vector<int> material;             // material of each group
 };
 
 std::vector<int> materials_of_triangles(const TriangleMesh& mesh) {
     std::vector<int> ids = triangle_materials(mesh);
-    for (int& id : ids) id = std::clamp(id, 0, 255);  // a byte each on the page
+    for (int& id : ids) id = std::clamp(id, 0, 255);  // the page holds a byte each
     return ids;
 }
 
@@ -69,7 +69,7 @@ CornerGroups corner_groups(const TriangleMesh& mesh) {
     return groups;
 }
 
-// Area-weighted means over the triangles of each group.
+// Area-weighted mean of an attribute over the triangles of each group; NaN where it has no values.
 std::vector<float> group_means(const TriangleMesh& mesh, const CornerGroups& groups,
                                const Attribute* attribute) {
     const std::size_t count = groups.vertex.size();
@@ -92,12 +92,12 @@ std::vector<float> group_means(const TriangleMesh& mesh, const CornerGroups& gro
 TriangleMesh coarsened(const TriangleMesh& mesh, const ViewDetail& detail, double cell) {
     simplify::Options options{.method = simplify::Method::region_bounded, .grid_spacing = cell};
     options.l_max = detail.max_length * cell;
-    options.l0 = options.l_max;  // no features: the error alone grades the mesh
+    options.l0 = options.l_max;  // one length everywhere: only the error bound grades the mesh
     options.max_error = detail.max_error * cell;
     try {
         return simplify::simplify(mesh, {}, options).mesh;
     } catch (const GeometryError&) {
-        // Films that touch each other at a point or along a line make it non-manifold.
+        // The mesh is not manifold where films touch each other at a point or along a line.
     }
     try {
         return simplify::simplify(manifold_parts(mesh), {}, options).mesh;
@@ -116,8 +116,8 @@ ViewMesh split_corners(const TriangleMesh& mesh, const CornerGroups& groups) {
     return view;
 }
 
-// Points at which vertices sample their values: near each, but on its own side of a crease or a material's
-// border.
+// Points at which vertices sample values: each vertex moved by a tenth towards the centroids of its
+// triangles, so that it samples its side of a crease or of a border between materials.
 std::vector<Vec3> sampling_points(const ViewMesh& view) {
     constexpr double kInward = 0.1;
     std::vector<Vec3> middle(view.vertices.size(), Vec3::Zero());
@@ -202,7 +202,7 @@ ViewMesh view_mesh(const TriangleMesh& mesh, const std::vector<std::string>& att
 ViewMesh bare_view_mesh(const TriangleMesh& mesh, const ViewDetail& detail, double cell) {
     ViewMesh view;
     if (detail.max_error > 0.0) {
-        // No attribute limits the length of its edges.
+        // Edges may have any length, as no attribute has to be resolved.
         const TriangleMesh coarse = coarsened(mesh, {detail.max_error, kAnyLength}, cell);
         view.vertices = coarse.vertices;
         view.triangles = coarse.triangles;
@@ -253,7 +253,7 @@ std::string base64(const std::string& bytes) {
 
 TriangleMesh manifold_parts(const TriangleMesh& mesh) {
     TriangleMesh result = without_folds(mesh);
-    // Corners at a vertex stay together where their triangles share an edge with no third triangle.
+    // Corners at a vertex stay one vertex where their triangles share an edge that no third triangle has.
     surface::DisjointSets corners(3 * result.triangles.size());
     const auto corner_at = [&](std::uint32_t triangle, std::uint32_t vertex) {
         const Triangle& t = result.triangles[triangle];
@@ -266,7 +266,7 @@ TriangleMesh manifold_parts(const TriangleMesh& mesh) {
         for (const std::uint32_t vertex : table.edges[e])
             corners.join(corner_at(on_edge[0] / 3, vertex), corner_at(on_edge[1] / 3, vertex));
     }
-    std::map<std::uint32_t, std::uint32_t> number;  // new vertices by the representative corner of their set
+    std::map<std::uint32_t, std::uint32_t> number;  // new vertex of each set, by the root corner
     const std::vector<Vec3> vertices = std::move(result.vertices);
     result.vertices.clear();
     for (std::uint32_t c = 0; c < 3 * result.triangles.size(); ++c) {

@@ -1,6 +1,6 @@
 "use strict";
-// The 3-D view: surface, materials on the sides and on a cut, a slider over the saved surfaces. Drawn by three.js, and only
-// when something has changed; three.js' orbit controls move the camera.
+// The 3-D view: the surface, and the materials on its sides and on a cut. three.js draws it, only when something has
+// changed; the orbit controls of three.js move the camera.
 (() => {
   const { el } = Sidewall, kViews = {
     "3-D": [28, 32], Front: [0, 0], Side: [90, 0], Top: [0, 89.9],
@@ -13,7 +13,7 @@
     constructor(section) {
       this.take(section);
       this.frame = section.frames.length - 1;
-      this.colour = -1;  // by material; else the number of an attribute
+      this.colour = -1;  // -1: colour by material; else index of an attribute
       this.log = false;
       this.shading = true;
       this.triangles = false;
@@ -28,7 +28,7 @@
       this.section = section;
       this.min = section.min.slice();
       this.max = section.max.slice();
-      // A solid goes on a little below its lowest point.
+      // The solid is shown down to a little below its lowest point.
       this.min[2] -= 0.12 * Math.max(this.max[0] - this.min[0], this.max[1] - this.min[1]);
       this.box = { min: this.min, max: this.max };
       this.size = Math.hypot(...this.max.map((v, k) => v - this.min[k])) || 1;
@@ -38,7 +38,7 @@
       this.interfaces = new Map();
     }
 
-    // Shows another state of the same wafer: whole, or from where it has been turned to, however the box around it has grown.
+    // Shows another state of the same wafer: fitted as before, or from the same place if the user has moved the camera.
     update(section) {
       const seen = this.moved() && this.seenFrom();
       this.take(section);
@@ -49,9 +49,9 @@
       else this.fit(this.fitted.name);
       this.refresh("frame");
     }
-    // Whether the eye has left where it saw the whole wafer.
+    // Whether the camera has moved since fit().
     moved() { return this.eye.position.distanceTo(this.fitted.at) > 1e-6; }
-    // Where the eye is and what it looks at, in world units.
+    // Positions of the camera and of its target, in world units.
     seenFrom() {
       return [this.eye.position, this.controls.target].map((p) => ["x", "y", "z"].map((axis, k) => p[axis] * this.size + this.middle[k]));
     }
@@ -60,7 +60,7 @@
       this.controls.update();
     }
 
-    // Whether a picture can be drawn here at all.
+    // Sets up the picture in `holder`; false if there is no WebGL.
     start(holder) {
       const canvas = el("canvas", { tabindex: "0", role: "img", "aria-label": "3-D view: arrow keys turn, plus and minus " +
         "zoom, shift and arrow keys move, 0 resets" });
@@ -93,7 +93,7 @@
       const map = new THREE.DataTexture(new Uint8Array(256 * 2 * 4), 256, 2, THREE.RGBAFormat);
       for (let i = 0; i < 256; ++i) {
         map.image.data.set([...Sidewall.viridis(i / 255), 255], 4 * i);
-        map.image.data.set([150, 150, 150, 255], 4 * (256 + i));  // no value
+        map.image.data.set([150, 150, 150, 255], 4 * (256 + i));  // grey: no value
       }
       map.magFilter = map.minFilter = THREE.LinearFilter;
       map.needsUpdate = true;
@@ -109,13 +109,13 @@
 
     local(v, k) { return (v - this.middle[k]) / this.size; }
 
-    // Four sides, the bottom and the cut: flat faces that show the materials behind them.
+    // Makes the four sides and the cut, on which the materials are painted, and the bottom.
     makeFaces() {
       this.faces = [];
       for (const [axis, high] of [[0, 0], [0, 1], [1, 0], [1, 1], [-1, 0]]) {
         const canvas = document.createElement("canvas"), texture = new THREE.CanvasTexture(canvas);
         texture.anisotropy = this.renderer.capabilities.getMaxAnisotropy();
-        // Colours already hold their opacity, so that none darkens towards the clear gas beside it.
+        // Premultiplied alpha: colours do not darken towards the transparent gas beside them.
         texture.premultiplyAlpha = true;
         const material = new THREE.MeshBasicMaterial({
           map: texture, transparent: true, alphaTest: 0.02, side: THREE.DoubleSide, blending: THREE.CustomBlending,
@@ -137,7 +137,7 @@
       this.bottom.position.z = this.local(this.min[2], 2);
     }
 
-    // Masks, as lines a little above the wafer that end at its sides and the cut.
+    // Draws the outlines of masks a little above the wafer, clipped at its sides and the cut.
     drawOutlines() {
       for (const line of this.outlines.children.splice(0)) line.geometry.dispose();
       const z = this.local(this.max[2], 2) + 0.03, sides = [0, 1].flatMap((k) => [1, -1].map((sign) =>
@@ -163,7 +163,7 @@
       return this.decoded.get(number);
     }
 
-    // From the uppermost down.
+    // Meshes with their colours, from the uppermost layer down.
     solids() {
       const frame = this.section.frames[this.frame];
       const colour = (id) => {
@@ -238,7 +238,7 @@
       geometry.setIndex([0, 1, 2, 0, 2, 3]);
       face.mesh.geometry.dispose();
       face.mesh.geometry = geometry;
-      // Powers of two, which alone have coarser versions for a view from afar.
+      // Powers of two: WebGL 1 makes mipmaps of no other sizes.
       const w = this.max[a] - this.min[a], h = this.max[b] - this.min[b], scale = kTexture / Math.max(w, h);
       const power = (length) => 2 ** Math.max(4, Math.round(Math.log2(length * scale)));
       face.canvas.width = power(w);
@@ -247,7 +247,7 @@
 
     showFace(face, axis, at) {
       this.placeFace(face, axis, at);
-      // A little inside: where a side and a boundary's end coincide, neither is above the other.
+      // Cut a little inside: exactly on a side the mesh ends, and above or below is undefined.
       const inside = Math.min(Math.max(at, this.min[axis] + 1e-5 * (this.max[axis] - this.min[axis])),
                               this.max[axis] - 1e-5 * (this.max[axis] - this.min[axis]));
       Sidewall.paintSection(face.canvas, this.painted, axis, inside, this.box);
@@ -272,7 +272,7 @@
       this.clipped = null;
     }
 
-    // Mouse, wheel and touch are the controls' own, and so are arrow keys with shift. Others come first: arrows alone turn.
+    // Orbit controls handle mouse, wheel, touch, and arrow keys with shift. Other keys are handled here: arrows turn.
     steer() {
       const reset = () => { this.fit(); this.refresh(); };
       this.canvas.addEventListener("keydown", (event) => {
@@ -294,7 +294,7 @@
       this.controls.addEventListener("change", () => this.refresh());
     }
 
-    // Puts the eye at a distance from the target, in a direction in degrees.
+    // Puts the camera at a distance from its target, in a direction given in degrees.
     place(azimuth, elevation, distance) {
       const a = azimuth * Math.PI / 180, e = elevation * Math.PI / 180;
       const away = new THREE.Vector3(Math.sin(a) * Math.cos(e), -Math.cos(a) * Math.cos(e), Math.sin(e));
@@ -313,7 +313,7 @@
       this.controls.update();
     }
 
-    // The half towards the viewer is taken away.
+    // Whether the camera is above the cut along its axis; the half towards the camera is clipped.
     aboveCut() { return this.eye.position.getComponent(this.cutAxis) > this.local(this.cutAt[this.cutAxis], this.cutAxis); }
 
     placeClip() {
@@ -337,7 +337,7 @@
       this.renderer.render(this.scene, eye);
     }
 
-    // Draws anew after a change of "frame", "colour", "cut" or only the view.
+    // Redraws after a change of "frame", "colour" or "cut"; without an argument only the view has changed.
     refresh(what) {
       if (what === "frame" || what === "colour") {
         this.showSurface();
@@ -348,7 +348,7 @@
       this.waiting = requestAnimationFrame(() => { this.waiting = 0; this.draw(); });
     }
 
-    // Shows all that the cut leaves, as large as it fits in.
+    // Moves the camera so that the part that the cut leaves fills the canvas.
     fit(name = "3-D") {
       const { target } = this.controls, [azimuth, elevation] = kViews[name];
       target.set(0, 0, 0);

@@ -8,7 +8,7 @@
 namespace sidewall::app {
 namespace {
 
-// Gas and material alternate between crossings.
+// Intervals of material between sorted crossings, where it alternates with gas. \p solid: material is first.
 Stretches between(const std::vector<double>& crossings, bool solid) {
     Stretches stretches;
     double begin = -kInfinity;
@@ -21,11 +21,11 @@ Stretches between(const std::vector<double>& crossings, bool solid) {
     return stretches;
 }
 
-// Roughness below this part of a cell counts as flat: a thinner film counts as none elsewhere, too; faces on
-// nodes lie 0.002 of their level's cells off them, which is less on all levels.
+// A profile that varies by less than this part of a cell is flat. It is the thickness below which a film
+// counts as none; faces on nodes lie 0.002 of their level's cells off them, which is less on all levels.
 constexpr double kFlat = levelset::kExposed;
 
-// z of the profile's lowest and highest crossing of the vertical at `along`.
+// z of the profile's lowest and highest crossing of the vertical at `along`; kNone if there is none.
 std::pair<double, double> crossings(const Profile& profile, double along) {
     std::pair<double, double> found{kNone, kNone};
     profile.each_segment([&](const Vec3& p, const Vec3& q) {
@@ -37,7 +37,7 @@ std::pair<double, double> crossings(const Profile& profile, double along) {
     return found;
 }
 
-// The profile and what lies beyond its sides, once.
+// The profile with one mirrored or shifted copy beyond each side.
 Profile with_beyond(const Profile& profile) {
     Profile all = profile;
     for (const surface::Polyline& line : profile.lines) {
@@ -55,7 +55,7 @@ Profile with_beyond(const Profile& profile) {
     return all;
 }
 
-// The middle of the material beside an opening, at a height; NaN if that does not end.
+// The middle of the material at height z right of an opening, or else left of it; NaN if neither ends.
 double middle_beside(const Profile& profile, const std::pair<double, double>& open, double z) {
     double left = kNone, right = kNone;
     for (const auto& [from, to] : solid_at(profile, z)) {
@@ -70,7 +70,7 @@ struct Floor {
     double z = kInfinity, along = kNone;
 };
 
-// The lowest point within an opening.
+// The lowest vertex of a profile within an opening.
 Floor deepest_point(const Profile& below, const std::pair<double, double>& within) {
     Floor lowest;
     below.each_segment([&](const Vec3& p, const Vec3& q) {
@@ -82,30 +82,28 @@ Floor deepest_point(const Profile& below, const std::pair<double, double>& withi
     return lowest;
 }
 
-// Where a floor is measured, along the profile: midway between its walls a cell above it, or at half its
-// depth if it is less deep; by its lowest point if no walls are there. Corners on the floor may be cut on one
-// side.
+// Place along the profile where a floor is measured: midway between its walls one cell above it (at most half
+// the depth), as the mesh may have cut a corner of the floor. Without walls: that of its lowest point.
 double middle_of_floor(const Profile& below, const Floor& floor, double top, double spacing) {
     for (const auto& [left, right] : openings(below, floor.z + std::min(spacing, 0.5 * (top - floor.z))))
         if (floor.along >= left - spacing && floor.along <= right + spacing) return 0.5 * (left + right);
     return floor.along;
 }
 
-// Whether an opening begins or ends at a height, as at the ceiling of a cavity: it has no width there to
-// speak of.
+// Whether the opening differs by over a tenth between z - near and z + near, as at the ceiling of a cavity.
 bool has_ledge(const Profile& profile, double z, double near) {
     const double above = opening(profile, z + near), below = opening(profile, z - near);
     return std::abs(above - below) > 0.1 * std::max(above, below);
 }
 
-// Measures the film on top and floor, of profiles with what lies beyond their sides. Returns z of the top
-// below it.
+// Measures the film on top, at `beside`, and on the floor, at `floor_at`; profiles that are not flat include
+// their copies beyond the sides. Returns z of the top below the film.
 double measure_flats(const Profile& surface, const Profile& below, double beside, double floor_at,
                      double floor, Film& film) {
     const double top = crossings(below, beside).second;
     film.top = crossings(surface, beside).second - top;
-    // Both at the same place: a floor's lowest point may lie in a corner, deeper than its middle. Over the
-    // floor the film's own surface is the lowest crossing above it.
+    // Both heights are taken at one place, as a floor's lowest point may lie in a corner, deeper than its
+    // middle. The lowest crossing of the surface there is that of the film on the floor.
     film.bottom = crossings(surface, floor_at).first - crossings(below, floor_at).first;
     film.depth = top - floor;
     return top;
@@ -166,12 +164,12 @@ Stretches solid_at(const Profile& profile, double z) {
         for (const double shift : profile.shifts) crossings.push_back(x + shift);
     });
     std::sort(crossings.begin(), crossings.end());
-    // Whether material lies just inside either end: gas is above all the lines that set out from there.
+    // Whether material lies just inside an end: as gas is on top, if an odd number of lines begin above z.
     const auto is_solid = [&](const std::vector<double>& heights) {
         return std::ranges::count_if(heights, [&](double height) { return height > z; }) % 2 == 1;
     };
     const bool left_solid = is_solid(span.from_left), right_solid = is_solid(span.from_right);
-    // Left of the first crossing lies what begins there.
+    // What lies left of the first crossing is found at the leftmost end, copies included.
     double first = span.left;
     bool solid = left_solid;
     const auto begin_at = [&](double x, bool is_solid) {
@@ -243,15 +241,15 @@ Film film_between(const Profile& surface, const Profile& below, double spacing) 
     Film film;
     const ProfileSpan span = span_of_profile(below);
     if (!std::isfinite(span.floor)) return film;
-    if (span.crest - span.floor <= kFlat * spacing) {  // which of its points is the lowest, rounding decides
+    if (span.crest - span.floor <= kFlat * spacing) {  // flat: rounding decides which point is the lowest
         measure_flats(surface, below, span.left, 0.5 * (span.left + span.right), span.floor, film);
         return film;
     }
     const double half = 0.5 * (span.crest + span.floor);
     const std::pair<double, double> open = widest_opening(below, half);
     const double beside = middle_beside(below, open, half);
-    // Within a cell of a side there may be a wall, no flat top. Where the domain repeats itself its sides are
-    // nowhere.
+    // Within a cell of a side there may be a wall and no flat top. A periodic domain may begin anywhere, so
+    // the film must not be measured at its ends.
     const bool over_side = open.first < span.left + spacing || open.second > span.right - spacing,
                across = (over_side || !below.shifts.empty()) && std::isfinite(beside);
     const Profile all_above = with_beyond(surface), all_below = with_beyond(below);
@@ -262,8 +260,8 @@ Film film_between(const Profile& surface, const Profile& below, double spacing) 
                                      middle_of_floor(below, floor, crest, spacing), floor.z, film);
     const double middle = 0.5 * (top + span.floor), width = opening(below, middle),
                  still_open = opening(surface, middle);
-    constexpr double kNearMiddle = 0.02;  // of the depth
-    // Where there is none, the two openings differ by what each mesh makes of the corners.
+    constexpr double kNearMiddle = 0.02;  // share of the depth
+    // Without a film on the walls the meshes round corners differently, and `side` may come out negative.
     const double side = 0.5 * (width - still_open);
     if (!has_ledge(below, middle, kNearMiddle * film.depth)) film.side = side < 0.0 ? 0.0 : side;
     film.filled = std::isfinite(width) && !std::isfinite(still_open);
@@ -278,10 +276,10 @@ double seam_depth(const Profile& surface, const Profile& below) {
     const Profile above = with_beyond(surface);
     const Floor floor = deepest_point(with_beyond(below), open), notch = deepest_point(above, open);
     if (!std::isfinite(notch.z) || !std::isfinite(floor.z)) return kNone;
-    // An even film grown from the floor alone is half the width thick when the walls meet.
+    // When the walls of an even film meet, the film on the floor is half the width thick.
     const double width = opening(below, std::min(notch.z, half));
     if (!(notch.z - floor.z > 0.5 * width)) return kNone;
-    constexpr double kNotch = 0.1;  // slope of both its sides
+    constexpr double kNotch = 0.1;  // least slope of both sides of a notch
     for (const double aside : {-0.25 * width, 0.25 * width})
         if (!(crossings(above, notch.along + aside).first - notch.z > kNotch * 0.25 * width)) return kNone;
     return -notch.z;

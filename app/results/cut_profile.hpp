@@ -13,20 +13,20 @@ namespace sidewall::app {
 /// The value of a figure that does not exist.
 inline constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-/// The ends of a profile, along it and in z; infinite the wrong way round without one.
+/// Extent of a profile along its horizontal axis and in z; without lines left > right and floor > crest.
 struct ProfileSpan {
     double left = kInfinity, right = -kInfinity, floor = kInfinity, crest = -kInfinity;
-    std::vector<double> from_left, from_right;  ///< heights of the lines that set out from either end
+    std::vector<double> from_left, from_right;  ///< z of the lines that begin at either end
 };
 
-/// A profile: where a vertical plane cuts a surface or an interface.
+/// A profile: the lines in which a vertical plane cuts a surface or an interface.
 struct Profile {
     std::vector<surface::Polyline> lines;
-    Vec3 along;                         // horizontal axis in the plane
-    std::vector<double> mirrors;        // reflective sides, where a half structure's other half begins
-    std::vector<double> shifts;         // along the profile to its repetitions beyond periodic sides
-    double middle = 0.0;                // of the wafer, along the profile
-    std::optional<ProfileSpan> span{};  // of the lines, once it is known
+    Vec3 along;                         // horizontal axis in the plane, unit length
+    std::vector<double> mirrors;        // places of the reflective sides on the axis
+    std::vector<double> shifts;         // along the axis, to the copies beyond periodic sides
+    double middle = 0.0;                // of the domain on the axis; a round wafer's centre
+    std::optional<ProfileSpan> span{};  // span_of_profile(), once it is known
 
     template <class Use>
     void each_segment(Use&& use) const {
@@ -37,53 +37,56 @@ struct Profile {
     }
 };
 
+/// The extent of a profile. O(n) in segments if profile.span does not hold it.
 ProfileSpan span_of_profile(const Profile& profile);
 
+/// The profile of a mesh of the wafer.
 Profile profile_of(const TriangleMesh& mesh, const surface::Plane& plane, const levelset::Domain& domain);
 
-/// Stretches of a line, ascending and apart; the first may begin at minus infinity, the last end at infinity.
+/// Disjoint intervals of a line, ascending; the first may begin at minus infinity, the last end at infinity.
 using Stretches = std::vector<std::pair<double, double>>;
 
-/// Stretches of the horizontal line at a height that lie in material, mirrored and periodic copies included.
+/// Intervals of the horizontal line at height \p z in material, mirrored and periodic copies included.
 Stretches solid_at(const Profile& profile, double z);
 
-/// Stretches in z of the vertical line at a place along the profile that lie in material.
+/// Intervals in z of the vertical line at place \p along of the profile in material.
 Stretches solid_below(const Profile& profile, double along);
 
-/// The difference \p a minus \p b.
+/// The set difference \p a minus \p b.
 Stretches without(const Stretches& a, const Stretches& b);
 
-/// The openings at a height, between two stretches of material.
+/// The openings at height \p z: intervals between two of material.
 Stretches openings(const Profile& profile, double z);
 
-/// The widest opening at a height; of equally wide ones, such as a mirrored copy, the one nearest to the domain's middle;
-/// NaN, NaN if there is none.
+/// The widest opening at height \p z; NaN, NaN if there is none. Of equally wide ones, such as mirrored
+/// copies, the one nearest to the domain's middle.
 std::pair<double, double> widest_opening(const Profile& profile, double z);
 
-/// Width of the widest opening; NaN if there is none.
+/// Width of the widest opening at height \p z; NaN if there is none.
 double opening(const Profile& profile, double z);
 
-/// The film between two profiles of a wafer; kNone where a figure does not exist.
+/// Figures of the film between two profiles of a wafer; kNone where one does not exist.
 struct Film {
     double top = kNone, side = kNone,
-           bottom = kNone;  ///< thickness beside, on the wall halfway down, on the floor
-    double depth = kNone;   ///< of what it covers
-    bool filled = false;    ///< nothing is open halfway down
+           bottom = kNone;  ///< thickness beside the opening, on its wall halfway down, on its floor
+    double depth = kNone;   ///< of the structure that it covers
+    bool filled = false;    ///< the opening is closed halfway down
 
-    /// Step coverage: thickness at a place over that beside; NaN without a film, or where it covers no walls.
+    /// Step coverage: \p thickness over that of the top; NaN without a film, if it fills the opening, or if
+    /// what it covers is at most two grid spacings deep.
     double coverage(double thickness, double spacing) const;
 };
 
-/// Beside is where the profile begins or, where what the film covers lies over a mirrored or periodic side or ends within a
-/// cell of it, in the middle of the material next to it. The floor is measured midway between its walls, with what lies
-/// beyond the sides. Where that is flat within 0.02 of the grid spacing \p spacing, the film's bottom is in
-/// the middle of the profile, and it has no side. O(n) in segments.
+/// Measures the film between \p surface and the profile \p below it. The top is measured at the left end or,
+/// if sides are periodic or the opening reaches within a cell of one, in the middle of the material beside
+/// the opening; the floor midway between its walls, copies beyond the sides included. If \p below is flat
+/// within 0.02 grid spacings, the bottom is measured in the middle of the profile, without a side. O(n).
 Film film_between(const Profile& surface, const Profile& below, double spacing);
 
-/// Depth below z = 0 of the upper end of the seam where film from both walls of the widest opening below it has met: the
-/// lowest point of the open surface there. kNone unless that is a notch, whose sides rise by a tenth or more, and lies higher over
-/// the floor than half the width: a film that has come from the floor alone leaves no seam.
-/// \param surface  of what is open. O(n) in segments.
+/// Depth below z = 0 of the upper end of a seam, where the films on both walls of the widest opening in
+/// \p below have met: the lowest point of the open surface there. kNone unless that is a notch, with slopes
+/// of at least 0.1, higher above the floor than half the width: film from the floor alone leaves no seam.
+/// \param surface  profile of the open surface. O(n) in segments.
 double seam_depth(const Profile& surface, const Profile& below);
 
 }  // namespace sidewall::app

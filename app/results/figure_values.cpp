@@ -24,7 +24,7 @@ double total(const Stretches& stretches) {
     return std::isfinite(sum) ? sum : kNone;
 }
 
-// Thickness of the stretch that ends at a wall; 0 if another material is there.
+// Thickness of the interval that ends within `touching` of a wall; 0 if the wall is of another material.
 double behind(const Stretches& stretches, double wall, bool left, double touching) {
     for (const auto& [from, to] : stretches)
         if (std::abs((left ? to : from) - wall) <= touching) return to - from;
@@ -40,9 +40,9 @@ double on_walls(WaferCut& cuts, int material, double z) {
     return std::isfinite(sum) ? 0.5 * sum : kNone;
 }
 
-// Half of how much wider the opening is where the material bounds it on both sides, by the median of the
-// heights (beside its neighbours' corners the boundary is slanted), than where it is narrowest. The floor,
-// where an opening begins that is still less than 80 degrees steep, does not count.
+// Half the difference of two openings: that where the material bounds it on both sides (the median over the
+// heights, as the boundary is slanted beside corners of its neighbours) and the narrowest one. The floor, up
+// to the height where the walls become 80 degrees steep, does not count.
 double recess(WaferCut& cuts, int material) {
     const double dx = cuts.stack().domain.spacing, touching = levelset::thinnest_film(cuts.stack().domain);
     const ProfileSpan span = span_of_profile(cuts.open());
@@ -87,7 +87,7 @@ double variance(const std::vector<double>& values) {
     return sum / (n - 1.0);
 }
 
-// The opening of a row that overlaps most with another row's.
+// The opening at height z that overlaps most with \p other; NaN, NaN if none does.
 std::pair<double, double> opening_over(const Profile& profile, double z,
                                        const std::pair<double, double>& other) {
     std::pair<double, double> most{kNone, kNone};
@@ -101,8 +101,8 @@ std::pair<double, double> opening_over(const Profile& profile, double z,
     return most;
 }
 
-// Three standard deviations along the line of the place of its edges, the mean of both, or of its width: of
-// the opening that is widest in the recipe's cut.
+// Three standard deviations, along the line, of an opening's width or of the place of its edges (root mean
+// square of both). The opening is the one that is widest in the recipe's cut.
 double roughness(const Recipe& recipe, bool of_width, double z, const levelset::MaterialStack& stack,
                  const TriangleMesh& surface) {
     surface::Plane plane = surface::parse_plane(recipe.metrology.cut);
@@ -124,7 +124,7 @@ double roughness(const Recipe& recipe, bool of_width, double z, const levelset::
     return 3.0 * std::sqrt(of_width ? variance(width) : 0.5 * (variance(left) + variance(right)));
 }
 
-// Length of a void along an axis: of all its parts, which periodic sides may have cut.
+// Length of a void along an axis: that of the union of its parts, into which periodic sides may have cut it.
 double length_along(const std::vector<Box3>& boxes, int axis) {
     Stretches parts;
     for (const Box3& box : boxes) parts.emplace_back(box.min[axis], box.max[axis]);
@@ -137,8 +137,8 @@ double length_along(const std::vector<Box3>& boxes, int axis) {
     return length;
 }
 
-// Whether a void goes on in its image beyond one of an axis's sides. From side to side it is as long as the
-// domain.
+// Whether a void ends at one of an axis's reflective sides and so goes on in its mirror image. If it touches
+// both sides, it is as long as the domain and has none.
 bool is_mirrored(const std::vector<Box3>& boxes, int axis, const levelset::Domain& domain) {
     const auto a = static_cast<std::size_t>(axis);
     if (domain.side[a] != levelset::Side::reflective) return false;
@@ -182,7 +182,7 @@ Stretches WaferCut::of_material(int material, const std::function<Stretches(cons
         all.insert(all.end(), own.begin(), own.end());
     }
     std::sort(all.begin(), all.end());
-    // Layers of one material that touch are one.
+    // Intervals of touching layers of one material are joined.
     const double touching = levelset::thinnest_film(stack_.domain);
     Stretches joined;
     for (const auto& [from, to] : all)
@@ -198,7 +198,7 @@ double figure_value(const Recipe& recipe, const Figure& figure, WaferCut& cut) {
     switch (figure.kind) {
         case FigureKind::opening:
             return opening(cut.open(), -figure.at);
-        case FigureKind::without:  // of another wafer
+        case FigureKind::without:  // measured on another wafer by measure()
             break;
         case FigureKind::width:
             return widest(cut.of_material(figure.material, level));

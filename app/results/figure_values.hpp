@@ -10,11 +10,11 @@
 
 namespace sidewall::app {
 
-/// A wafer and where a vertical plane cuts it: what figures are measured on, each part found when it is first asked for.
+/// A wafer and its cut by a vertical plane, on which figures are measured. Parts are computed on first use.
 class WaferCut {
   public:
     /// \param surface  as extracted from \p stack.
-    /// \pre both outlive it.
+    /// \pre \p stack and \p surface outlive this object.
     WaferCut(const levelset::MaterialStack& stack, const TriangleMesh& surface, const surface::Plane& plane)
         : stack_(stack), surface_(surface), plane_(plane) {}
 
@@ -22,12 +22,12 @@ class WaferCut {
     const TriangleMesh& surface() const { return surface_; }
     const surface::Plane& plane() const { return plane_; }
     const std::vector<levelset::SurfacePiece>& pieces();
-    /// The surface without closed voids, which are no openings, and its profile.
+    /// The surface without the walls of closed voids, which are no openings, and its profile.
     const TriangleMesh& open_surface();
     const Profile& open();
     /// The boundary between a layer and what lies above it.
     const Profile& layer(std::size_t k);
-    /// Stretches of a line in a material. \param solid  finds those below one profile.
+    /// Intervals of a line in a material. \param solid  finds those below one profile.
     Stretches of_material(int material, const std::function<Stretches(const Profile&)>& solid);
 
   private:
@@ -40,17 +40,16 @@ class WaferCut {
     std::vector<std::optional<Profile>> layers_;
 };
 
-/// A figure at a place or of a material; NaN where it does not exist.
-/// \note O(n) in triangles, but ler and lwr, which cut once a cell along the line: O(n cells).
+/// The value of a figure at a place or of a material; NaN where it does not exist.
+/// \note O(n) in triangles; for ler and lwr, which cut once a cell along the line, O(n * cells).
 double figure_value(const Recipe& recipe, const Figure& figure, WaferCut& cut);
 
-/// Closed voids: gas that nothing gets into from above. Those of less than a cell's volume do not count, nor does what
-/// lies below a roof across the whole domain.
+/// Closed voids: gas enclosed by material. Those of less than a cell's volume do not count, nor does gas
+/// below a roof across the whole domain.
 struct Voids {
     int count = 0;
-    double volume = 0.0;  ///< of the parts in the domain, in all
-    /// Volume with the mirror images that belong to the same voids: a void that ends at a mirrored side counts twice for
-    /// it, four times where two such sides meet.
+    double volume = 0.0;  ///< total, of the parts in the domain
+    /// Total volume with mirror images: twice at a reflective side, four times where two meet; axial: once.
     double whole_volume = 0.0;
     double top = kNone;    ///< z of their highest point
     double width = kNone;  ///< of the widest, along the cut, with its mirror image

@@ -21,8 +21,7 @@
 namespace sidewall::app {
 namespace {
 
-// The narrowest opening within two grid spacings above the mask's bottom: the mask's own, where its lower
-// edge is worn, too.
+// The narrowest opening within two grid spacings above the mask's bottom, whose lower edge may be worn.
 double mask_opening(const Profile& profile, double bottom, double spacing) {
     constexpr int kSamples = 16;
     double narrowest = std::numeric_limits<double>::quiet_NaN();
@@ -46,8 +45,8 @@ Wall wall(const Profile& profile, double depth, double spacing) {
     return result;
 }
 
-// Slope of y over x by least squares, over the middle half of some numbers; NaN of fewer than \p fewest that
-// are finite.
+// Slope of y over x by least squares, over the middle half of \p count points; NaN if fewer than \p fewest of
+// these are finite.
 template <class Point>
 double slope_of(std::size_t count, double fewest, const Point& point) {
     double n = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
@@ -68,7 +67,7 @@ double sidewall_angle(const Wall& wall) {
     return std::atan2(1.0, slope) * 180.0 / std::numbers::pi;
 }
 
-// The wafer without a material; nothing if it has none of it but its substrate.
+// The wafer without a material; nothing if it has none, or if the substrate is of it.
 std::optional<levelset::MaterialStack> stripped(const levelset::MaterialStack& stack, int material) {
     const std::vector<int> there = layer_materials(stack);
     if (there.front() == material || std::find(there.begin(), there.end(), material) == there.end())
@@ -78,7 +77,7 @@ std::optional<levelset::MaterialStack> stripped(const levelset::MaterialStack& s
     return bare;
 }
 
-// What measures have in common, each found once for those who ask.
+// Takes the measures of a section; what several of them need is computed once.
 class Metrologist {
   public:
     Metrologist(const Recipe& recipe, const MetrologySection& section, const levelset::MaterialStack& stack,
@@ -192,19 +191,18 @@ class Metrologist {
     WaferCut cut_;
     std::optional<Wall> openings_;
     int stripped_ = -1;                            // the last material that was stripped
-    std::optional<levelset::MaterialStack> bare_;  // without it; nothing if it was not there
+    std::optional<levelset::MaterialStack> bare_;  // the result of stripped() for it
     TriangleMesh bare_surface_;
     std::vector<Measure> measures_;
 };
 
-// A place of the wall that stands out into the opening, by how much on the side where it does less.
+// A place where the wall stands out into the opening; its height is the lesser of those over its two sides.
 struct Edge {
     std::size_t at;
     double height;
 };
 
-// The half openings from the mouth down to where the floor begins: there the wall is less than 80 degrees
-// steep.
+// The half openings from the mouth down to the floor, which begins where the wall is under 80 degrees steep.
 std::vector<double> half_wall(std::span<const double> openings, double step) {
     constexpr double kSteep = 5.67;  // tan(80 degrees)
     std::vector<double> half;
@@ -215,7 +213,7 @@ std::vector<double> half_wall(std::span<const double> openings, double step) {
     return half;
 }
 
-// How far the wall goes back from a place, in steps of \p by, until it stands out farther than there.
+// The farthest that the wall recedes from a place, in direction \p by, before it stands out more than there.
 double rise(const std::vector<double>& half, std::size_t from, std::ptrdiff_t by) {
     double most = half[from];
     const auto n = static_cast<std::ptrdiff_t>(half.size());
@@ -258,7 +256,7 @@ double usual_distance(const std::vector<Edge>& edges) {
     return *middle;
 }
 
-// Keeps the highest of edges less than a distance apart: the others are rests of film beside it.
+// Keeps the highest of edges less than a distance apart: the others are remains of film beside it.
 void drop_beside(std::vector<Edge>& edges, double distance) {
     std::vector<Edge> kept;
     for (const Edge& edge : edges)
@@ -279,7 +277,7 @@ double depth_between(const std::vector<double>& half, std::size_t from, std::siz
     return most;
 }
 
-// Cycles of all loops: of those within loops, too.
+// Number of cycles of all innermost loops, each counted in every cycle of the loops around it.
 double cycles_of(const std::vector<Step>& steps) {
     double cycles = 0.0;
     for (const Step& step : steps)

@@ -31,7 +31,7 @@ std::string_view tag_attribute(std::string_view tag, std::string_view name) {
 
 constexpr std::string_view kSurface = "surface";
 
-/// K if a file is named interface_NNNN_K.vtp after surface_NNNN.vtp.
+/// K of a file interface_NNNN_K.vtp that belongs to \p surface, surface_NNNN.vtp; nothing for other files.
 std::optional<std::size_t> interface_number(const fs::path& file, const fs::path& surface) {
     const std::string name = file.stem().string(),
                       start = "interface" + surface.stem().string().substr(kSurface.size()) + "_";
@@ -48,7 +48,7 @@ bool has(const Json& json, const std::string& pointer, Is is) {
     return json.contains(at) && (json.at(at).*is)();
 }
 
-// The text that the quotes of an attribute hold, from what surface::xml_escape makes of it.
+// Undoes surface::xml_escape for the value of an XML attribute.
 std::string plain_text(std::string text) {
     for (const auto& [entity, character] :
          {std::pair{"&lt;", "<"}, {"&gt;", ">"}, {"&quot;", "\""}, {"&amp;", "&"}})
@@ -56,7 +56,7 @@ std::string plain_text(std::string text) {
     return text;
 }
 
-// Whether a step's label, such as "2.1 etch (cycle 3 of 10)", is meant by "etch", "2.1" or itself.
+// Whether \p wanted is the name, number or label of a step such as "2.1 etch (cycle 3 of 10)".
 bool is_step(const std::string& label, const std::string& wanted) {
     const std::size_t blank = label.find(' ');
     if (label.empty() || blank == std::string::npos) return false;
@@ -68,8 +68,8 @@ bool is_step(const std::string& label, const std::string& wanted) {
 /// Advice about a damaged summary.json.
 constexpr const char* kSummaryAdvice = "remove it, and run --resume writes it anew";
 
-// The first entry that a summary lacks or holds with another type than runs write, e.g. "timing"; none if it
-// is whole. Readers check it first: a file in a folder may be damaged.
+// The first entry that a summary lacks or holds with another type than runs write, e.g. "timing"; nothing if
+// it is whole. Readers check this first, as the file may be damaged.
 std::optional<std::string> missing_in_summary(const Json& summary) {
     if (!summary.is_object()) return "an object";
     std::vector<std::pair<std::string, Is>> entries;
@@ -97,12 +97,12 @@ std::optional<std::string> missing_in_summary(const Json& summary) {
     return std::nullopt;
 }
 
-// The texts of a list, fit to be shown; none if there is no such list.
+// The texts of a list of the metadata, control characters escaped; empty if there is no such list.
 std::vector<std::string> metadata_list(const surface::MeshMetadata& metadata, const std::string& name) {
     const auto found = std::ranges::find(metadata.texts, name, [](const auto& text) { return text.first; });
     if (found == metadata.texts.end() || found->second.empty()) return {};
     const std::string& text = found->second;
-    // Former versions wrote one text with commas.
+    // Files of older versions have commas between the texts.
     std::vector<std::string> list = split(text, text.find('\0') == std::string::npos ? ',' : '\0');
     for (std::string& part : list) part = surface::printable(part, true);
     return list;
@@ -118,7 +118,7 @@ std::vector<SavedSurface> saved_surfaces(const fs::path& folder) {
     const std::string text = surface::read_whole_file(list);
     if (text.find("<VTKFile") != std::string::npos && text.find("</VTKFile>") == std::string::npos)
         throw FileError("{}: ends too early, it is damaged: run the simulation again", list.string());
-    // Beside the surface itself, runs list interfaces and the simplified mesh that was traced.
+    // Besides surfaces, the list has their interfaces and the simplified meshes that were traced.
     std::vector<SavedSurface> saved;
     for (std::size_t at = text.find("<DataSet"); at != std::string::npos;
          at = text.find("<DataSet", at + 1)) {
@@ -127,7 +127,7 @@ std::vector<SavedSurface> saved_surfaces(const fs::path& folder) {
         if (name.empty())
             throw FileError("{}: a DataSet names no file: run the simulation again", list.string());
         SavedSurface entry{.number = saved.size(),
-                           .file = folder / fs::path(name).filename(),  // a list leads nowhere else
+                           .file = folder / fs::path(name).filename(),  // never outside of the folder
                            .after = plain_text(std::string(tag_attribute(tag, "after")))};
         std::from_chars(time.data(), time.data() + time.size(), entry.time);
         const std::string stem = entry.file.stem().string();
@@ -147,7 +147,7 @@ std::vector<SavedSurface> saved_surfaces(const fs::path& folder) {
 
 const SavedSurface& saved_at(const std::vector<SavedSurface>& saved, double time) {
     const auto [first, last] = std::ranges::minmax_element(saved, {}, &SavedSurface::time);
-    // What was not saved yet must not be answered with another time's surface.
+    // A time beyond those saved is refused: the nearest surface would be a wrong answer.
     const double slack = 1e-6 * std::max(std::abs(first->time), std::abs(last->time));
     if (!(time >= first->time - slack && time <= last->time + slack))
         throw RecipeError(
@@ -196,7 +196,7 @@ Result read_saved(const fs::path& folder, const SavedSurface& saved) {
 std::vector<TriangleMesh> interfaces_beside(const fs::path& surface) {
     const fs::path folder = surface.has_parent_path() ? surface.parent_path() : ".";
     std::map<std::size_t, fs::path> files;
-    std::error_code unreadable;  // the surface alone then
+    std::error_code unreadable;  // then there are no interfaces
     if (surface.filename().string().starts_with(kSurface))
         for (const auto& entry : fs::directory_iterator(folder, unreadable))
             if (const auto k = interface_number(entry.path(), surface)) files[*k] = entry.path();

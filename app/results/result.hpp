@@ -15,24 +15,24 @@ struct SavedSurface {
     std::size_t number = 0;  ///< NNNN of surface_NNNN.vtp
     double time = 0.0;       ///< process time
     std::filesystem::path file;
-    std::string after;  ///< the step at whose end the wafer was so; empty within a step
-    std::vector<std::filesystem::path> interfaces = {};  ///< of its number, bottom up
+    std::string after;  ///< label of the step that ended then; empty within a step
+    std::vector<std::filesystem::path> interfaces = {};  ///< files of the same number, bottom up
 };
 
 /// The surfaces that DIR/surface.pvd lists, in its order.
-/// \throws FileError if there is none.
+/// \throws FileError if there is none or the list is damaged.
 std::vector<SavedSurface> saved_surfaces(const std::filesystem::path& folder);
 
-/// The surface whose time is nearest; of several at that time the last.
+/// The surface nearest to \p time; if several have the same time, the last of them.
 /// \pre there is one. \throws RecipeError, naming --time, if none was saved before or after \p time.
 const SavedSurface& saved_at(const std::vector<SavedSurface>& saved, double time);
 
-/// The surface at the end of a step; of a loop's the last one.
-/// \param step  its name in the recipe, such as etch, its number, such as 2 or 2.1, or both as reports print them.
+/// The surface at the end of a step; for a step in a loop, of the last cycle that was saved.
+/// \param step  its name in the recipe, such as etch, its number, such as 2 or 2.1, or both as in reports.
 /// \throws RecipeError, naming --step and the steps whose end was saved.
 const SavedSurface& saved_after(const std::vector<SavedSurface>& saved, const std::string& step);
 
-/// The surface of that number.
+/// The surface with that number in its file's name.
 /// \throws RecipeError, naming --frame and the numbers there are.
 const SavedSurface& saved_number(const std::vector<SavedSurface>& saved, long long number);
 
@@ -46,7 +46,7 @@ struct Result {
     std::optional<Json> summary;                  ///< the folder's summary.json, if the run has ended
 };
 
-/// Reads a mesh file, or the last surface_* that DIR/surface.pvd lists, with the interface_* of its number.
+/// Reads a mesh file, or from a folder its latest surface in DIR/surface.pvd, the interfaces and the summary.
 /// \throws FileError naming what is missing or damaged.
 Result read_result(const std::filesystem::path& path);
 
@@ -62,27 +62,27 @@ std::vector<TriangleMesh> interfaces_beside(const std::filesystem::path& surface
 /// \throws FileError if it is missing or no JSON.
 Json read_summary(const std::filesystem::path& folder);
 
-/// A text of the metadata, or \p otherwise. It is fit to be shown on a line of a terminal.
+/// A text of the metadata, with control characters escaped; \p otherwise if it has none of that name.
 std::string metadata_text(const surface::MeshMetadata& metadata, const std::string& name,
                           const std::string& otherwise);
 
 /// A number of the metadata, such as "time"; none if it has none of that name.
 std::optional<double> metadata_number(const surface::MeshMetadata& metadata, const std::string& name);
 
-/// Names and colours by id: from the metadata's lists `materials` and `material_colours` where a file has them, else the
-/// built-in table. Control characters in them become `\xNN`.
+/// Names and colours by id: from the metadata's lists `materials` and `material_colours` where a file has
+/// them, else the built-in table. Control characters in them become `\xNN`.
 Materials materials_of(const surface::MeshMetadata& metadata);
 
 /// A figure of a summary's metrology; NaN if it has none of that name.
 double figure_of(const Json& summary, const std::string& name);
 
-/// Whether a summary says another version than this program's.
+/// Whether a summary was written by another version of the program.
 bool has_other_version(const Json& summary);
 
-/// \throws FileError naming DIR/summary.json if \p summary, which was read there, lacks anything.
+/// Checks a summary read from \p folder. \throws FileError naming an entry that it lacks.
 void require_whole(const Json& summary, const std::filesystem::path& folder);
 
-/// DIR/summary.json if it is there, whole and of this version.
+/// DIR/summary.json if it exists, lacks nothing and is of this version.
 std::optional<Json> own_summary(const std::filesystem::path& folder);
 
 /// DIR/summary.json of a run that has ended.

@@ -42,7 +42,7 @@ std::string table_text(const ByMaterial& value) {
     return fmt::format("{{ {} }}", fmt::join(entries, ", "));
 }
 
-// A number as the recipe wrote it needs no quotes.
+// An expression that is a number, as toml_text writes it, needs no quotes.
 std::string expression_text(const std::string& text) {
     double number = 0.0;
     return surface::read_number(text, number) && toml_text(number) == text ? text : toml_text(text);
@@ -118,7 +118,7 @@ std::string type_text(const Key& key) {
         key.target);
 }
 
-// What the value may be where it is a single word.
+// The words that a key's value may be, if it can be a single word.
 std::vector<std::string> words_of(const Key& key) {
     if (std::holds_alternative<bool*>(key.target)) return {"true", "false"};
     if (const auto* choice = std::get_if<Choice>(&key.target)) return choice->words;
@@ -190,7 +190,7 @@ std::vector<KeyDoc> document(const std::vector<Key>& keys) {
                         words_of(key)});
         if (tables == nullptr) continue;
         const std::size_t size = tables->size();
-        tables->resize(size + 1);  // for the defaults of a table
+        tables->resize(size + 1);  // a new table holds the defaults
         for (KeyDoc row : document(tables->keys(size))) {
             row.name = key.name + "[]." + row.name;
             rows.push_back(std::move(row));
@@ -272,8 +272,7 @@ std::string did_you_mean(std::string_view before, std::string_view name,
     std::size_t best_distance = std::numeric_limits<std::size_t>::max();
     for (const std::string& candidate : candidates) {
         const std::size_t close = (std::max(name.size(), candidate.size()) + 2) / 3;
-        // At least as many letters differ as the lengths do; a name of a megabyte is not compared letter by
-        // letter.
+        // The distance is at least the difference in length: no name of a megabyte is compared by letters.
         if (std::max(name.size(), candidate.size()) - std::min(name.size(), candidate.size()) > close)
             continue;
         // Levenshtein distance, one row at a time.
@@ -296,8 +295,8 @@ std::string did_you_mean(std::string_view before, std::string_view name,
 }
 
 const Materials& default_materials() {
-    // Densities from mass density and formula weight. The mask is an ideal one that hardly sputters. Ids are
-    // written to files: append only.
+    // Densities follow from mass density and formula weight. The mask is ideal: at its density it hardly
+    // sputters. Ids are written to files: append only.
     static const Materials table = {
         {"Si", "#8fa3b8", 5.02},    {"SiO2", "#e0b060", 2.2},   {"Si3N4", "#6fb58a", 1.36},
         {"PolySi", "#7d7fb5", 5.0}, {"SiGe", "#b58fb8", 4.8},   {"Ge", "#9a86a8", 4.42},

@@ -12,34 +12,34 @@
 
 #include "surface/error.hpp"
 
-// A recipe's keys: each list of them drives parsing, validation, the effective recipe and `sidewall models`.
+// Keys of recipes. A list of keys drives parsing, validation, the effective recipe and `sidewall models`.
 namespace sidewall::app {
 
 /// A material that layers are made of.
 struct Material {
     std::string name;
-    std::string colour = "#b0b0b0";  ///< in pictures, hexadecimal as in "\#rrggbb"
-    double density = 5.0;            ///< atoms, or formula units of a compound, 1e22 /cm^3
+    std::string colour = "#b0b0b0";  ///< in pictures; hexadecimal, as "\#rrggbb"
+    double density = 5.0;            ///< atoms, or formula units of a compound, in 1e22 /cm^3
     bool operator==(const Material&) const = default;
 };
 
-/// The materials by id. The built-in ones come first and always in the same order, so that an id means the
-/// same in every run; a recipe's own follow.
+/// Materials; the index of one is its id. The built-in ones come first, always in the same order, so that
+/// their ids are the same in every run; those that a recipe adds follow.
 using Materials = std::vector<Material>;
 
 /// The built-in materials.
 const Materials& default_materials();
 
-/// The id of the material of that name, if there is one.
+/// The id of the material called \p name, if there is one.
 std::optional<int> material_id(const Materials& materials, std::string_view name);
 
-/// The id of the material that \p name means: one of that name, else the built-in one that it is a common word
-/// for, such as photoresist for Resist or SiN for Si3N4.
+/// The id of the material called \p name, else of the built-in one for which \p name is a common word, such
+/// as photoresist for Resist or SiN for Si3N4.
 std::optional<int> meant_material(const Materials& materials, std::string_view name);
 
 /// A common word for a built-in material.
 struct MaterialWord {
-    const char* word;  ///< in small letters; capitals do not count
+    const char* word;  ///< in small letters; compared without regard to case
     const char* name;
 };
 
@@ -49,20 +49,20 @@ std::vector<std::string> material_names(const Materials& materials);
 
 /// A number that depends on the material: `0.1`, or `{ Si = 0.2, Mask = 0.0, default = 0.1 }`.
 struct ByMaterial {
-    /// The number of materials not named. Absent: the recipe must name those that are on the wafer.
+    /// The number for materials not named. Without it a recipe must name all that are on the wafer.
     std::optional<double> fallback = 0.0;
     std::map<std::string, double, std::less<>> named = {};
     bool operator==(const ByMaterial&) const = default;
 };
 
-/// Expressions by name, as the recipe writes them; numbers as their text.
+/// Expressions by name, as the recipe writes them; a number is kept as its text.
 struct Expressions {
     std::map<std::string, std::string, std::less<>> named = {};
     bool operator==(const Expressions&) const = default;
 };
 
-/// The number of every material, by id; 0 for one without a number, which is not on the wafer
-/// (recipe/step_materials.hpp).
+/// The number of every material, indexed by id. A material without a number gets 0; such a material is not on
+/// the wafer (recipe/step_materials.hpp).
 inline std::vector<double> by_material_id(const ByMaterial& value, const Materials& materials) {
     std::vector<double> result;
     for (const Material& material : materials) {
@@ -72,20 +72,20 @@ inline std::vector<double> by_material_id(const ByMaterial& value, const Materia
     return result;
 }
 
-/// Largest length, time or rate accepted anywhere: more is a typing error.
+/// Largest length, time or rate accepted anywhere: a larger one is taken for a typing error.
 inline constexpr double kHuge = 1e9;
 
-/// The rule that a value must obey. Bounds hold for every number in it.
+/// The rule that a key's value must obey. Bounds hold for every number in the value.
 struct Rule {
     double min = -kHuge;
     double max = kHuge;
-    bool above_min = false;                 ///< min itself is refused
-    bool required = false;                  ///< there is no default
-    bool material = false;                  ///< strings, or the names of expressions, name materials
-    std::size_t size = 0;                   ///< numbers in a list, 0 = any
-    bool or_one = false;                    ///< a list of strings may be one string
-    bool whole = false;                     ///< a number that is whole
-    std::string word = {};                  ///< what an absent optional number is written as
+    bool above_min = false;  ///< min itself is refused
+    bool required = false;   ///< there is no default
+    bool material = false;   ///< strings, or the names of expressions, name materials
+    std::size_t size = 0;    ///< numbers in a list, 0 = any; of a span: the shorter list allowed
+    bool or_one = false;     ///< one string may stand for a list of strings
+    bool whole = false;      ///< only whole numbers
+    std::string word = {};   ///< stands for an absent optional number
     std::vector<std::string> choices = {};  ///< the strings allowed, if not all
 };
 
@@ -98,13 +98,13 @@ Rule within(double min, double max);
 Rule positive_to(double max);
 Rule one_of(std::vector<std::string> choices);
 
-/// The rule of a list of so many numbers.
+/// The rule of a list of \p numbers numbers.
 Rule sized(std::size_t numbers);
 
 /// The rule of a key that has no default.
 Rule required(Rule rule = {});
 
-/// The rule of an optional number, or of the word that is written where it is absent.
+/// The rule of an optional number; \p word is written where the number is absent.
 Rule or_word(std::string word, Rule rule = {});
 
 /// One or more one-byte enumerators, written as words.
@@ -142,21 +142,21 @@ TableList table_list(std::vector<T>& list, std::vector<Key> (*keys)(T&)) {
             [&list, keys](std::size_t i) { return keys(list[i]); }};
 }
 
-/// The member that a key fills, which holds the default until the recipe is read. An absent optional stands for the word
-/// that the rule names, e.g. "auto".
+/// The member that a key fills, which holds the default until the recipe is read. An absent optional stands
+/// for the word that the rule names, e.g. "auto".
 using Target = std::variant<bool*, std::int64_t*, double*, std::optional<double>*, std::string*,
                             std::span<double>, std::vector<double>*, std::vector<std::string>*, ByMaterial*,
                             Expressions*, TableList, Choice>;
 
-/// A key of a recipe: its name, the member that it fills, its unit, documentation and rule. The member's type and initial
-/// value are the key's type and default.
+/// A key of a recipe: its name, the member that it fills, its unit, documentation and rule. The member's type
+/// and initial value are the key's type and default.
 struct Key {
     std::string name;
     Target target;
     std::string unit;  ///< in terms of the recipe's length and time, empty for a pure number
     std::string doc;
     Rule rule = {};
-    std::string former = {};  ///< a name it had, which recipes may still use
+    std::string former = {};  ///< an older name, which recipes may still use
 };
 
 /// The member that the key \p name fills; nullptr if no key of that name fills one of type T.
@@ -168,7 +168,7 @@ T* target_of(const std::vector<Key>& keys, std::string_view name) {
     return nullptr;
 }
 
-/// Calls \p visit with every key and its path: those in listed tables are at `list[0].key`.
+/// Calls \p visit with every key and its path; the path of a key in a list of tables is `list[0].key`.
 void each_key(const std::vector<Key>& keys,
               const std::function<void(const Key&, const std::string& path)>& visit,
               const std::string& before = {});
@@ -176,13 +176,13 @@ void each_key(const std::vector<Key>& keys,
 /// Appends \p more, e.g. the keys that several models share, to \p keys.
 void append_keys(std::vector<Key>& keys, std::vector<Key> more);
 
-/// A key in the documentation, as texts.
+/// The documentation of a key, as texts.
 struct KeyDoc {
     std::string name, type, unit, fallback, doc;
-    std::vector<std::string> words = {};  ///< what the value may be, where it is, or may be, a single word
+    std::vector<std::string> words = {};  ///< the words that the value may be, if it can be a single word
 };
 
-/// The rows of \p keys, whose targets hold the defaults; keys of listed tables follow as `list[].key`.
+/// Documents keys whose targets hold the defaults. A list of tables is followed by its keys, as `list[].key`.
 std::vector<KeyDoc> document(const std::vector<Key>& keys);
 
 /// The type, unit and default of a key in one line, e.g. "number, length, default 0.5".
@@ -202,12 +202,12 @@ bool key_character(char c);
 /// A key in TOML: in quotes where it needs them.
 std::string key_text(const std::string& key);
 
-/// `did you mean WORD?` after \p before, WORD being the candidate with the smallest edit distance to \p name,
-/// capitals aside; \p otherwise if none is close: over a third of the letters of the longer one differ.
+/// \p before and `did you mean WORD?`, with the candidate of the smallest edit distance to \p name, without
+/// regard to case; \p otherwise if that distance is over a third of the letters of the longer word.
 std::string did_you_mean(std::string_view before, std::string_view name,
                          std::span<const std::string> candidates, std::string_view otherwise = {});
 
-/// A rule that a key breaks, found after it was read. The parser adds file, line and value.
+/// Thrown if a key breaks a rule that is checked after it was read. The parser adds file, line and value.
 struct KeyError : RecipeError {
     KeyError(std::string key_path, const std::string& broken_rule)
         : RecipeError(key_path + ": " + broken_rule), key(std::move(key_path)), rule(broken_rule) {}

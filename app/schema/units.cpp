@@ -13,13 +13,13 @@
 namespace sidewall::app {
 namespace {
 
-using Unit = std::pair<const char*, double>;  // its name, in metres or seconds
+using Unit = std::pair<const char*, double>;  // name, and size in metres or seconds
 
 constexpr std::array kLengths{Unit{"nm", 1e-9}, Unit{"um", 1e-6}, Unit{"mm", 1e-3}, Unit{"cm", 1e-2},
                               Unit{"m", 1.0}};
 constexpr std::array kTimes{Unit{"ms", 1e-3}, Unit{"s", 1.0}, Unit{"min", 60.0}, Unit{"h", 3600.0}};
 
-// What tables of other programs call lengths beside those: the micro sign, the Greek letter, the Angstrom.
+// Further names in tables of other programs: um with the micro sign or the Greek mu, and the Angstrom.
 constexpr std::array kOthers{Unit{"\xc2\xb5m", 1e-6}, Unit{"\xce\xbcm", 1e-6}, Unit{"micron", 1e-6},
                              Unit{"\xc3\x85", 1e-10}, Unit{"angstrom", 1e-10}};
 

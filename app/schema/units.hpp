@@ -17,20 +17,20 @@ struct Units {
 const std::vector<std::string>& length_units();
 const std::vector<std::string>& time_units();
 
-/// The metres in a length unit of a recipe or of a table, which may say micron, angstrom and the letters of these, too;
-/// nothing for another text.
+/// The size of a length unit in metres. Besides the units of recipes it knows micron and angstrom and their
+/// symbols, which tables of other programs use. Nothing for another text.
 std::optional<double> find_length(std::string_view unit);
 
-/// The metres in a length unit, and the seconds in a time unit.
+/// The size of a length unit in metres, and of a time unit in seconds.
 /// \pre the unit is one that recipes accept.
 double metres_in(const std::string& length_unit);
 double seconds_in(const std::string& time_unit);
 
-/// The size of a length, a time or a quotient of the two, such as "nm/min", in a recipe's units; nothing for another unit.
+/// The size of a length, a time, or a length over a time such as "nm/min", in a recipe's units; else nothing.
 std::optional<double> size_in(const Units& units, const std::string& unit);
 
-/// Converts the columns whose headings have such a unit into the recipe's, and tells so in `understood`; leaves those in eV,
-/// deg, K, Pa or 1 as they are.
+/// Converts columns that size_in() has a size for to the recipe's units, and adds that to `understood`.
+/// Columns without a unit or in 1, %, eV, keV, degrees, rad, K or Pa stay unchanged.
 /// \throws FileError for another unit.
 void convert_columns(CsvTable& table, const Units& units);
 

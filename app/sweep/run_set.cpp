@@ -29,13 +29,13 @@ constexpr double kProgram = 1e8;  // bytes of a process before it has a wafer
 constexpr int kCannotWrite = 5, kInterrupted = 130, kSignalled = 128;
 constexpr auto kPause = std::chrono::milliseconds(10), kSharedPause = std::chrono::milliseconds(50);
 
-// The folder may have been a run's of other keys.
+// Refuses a folder that holds a run of another recipe.
 void require_own(const fs::path& path, const std::string& recipe) {
     if (surface::read_whole_file(path) != recipe)
         throw RecipeError("{}: is not this run's recipe: choose another folder with -o", path.string());
 }
 
-// A run that has ended well leaves a summary.
+// Reads the summary that a run leaves if it ends well; false without one.
 bool read_end(RunSet& set, std::size_t number) {
     const fs::path folder = folder_of(set, number);
     if (!is_there(folder / "summary.json")) return false;
@@ -56,7 +56,7 @@ std::string reason(const ProcessEnd& end) {
         if (!line.empty()) last = line;
     constexpr std::string_view kName = "sidewall: ";
     if (last.starts_with(kName)) last.erase(0, kName.size());
-    last.erase(std::min(last.find("; then go on with: "), last.size()));  // by itself, which the set does
+    last.erase(std::min(last.find("; then go on with: "), last.size()));  // the set resumes it instead
     return last.empty() ? fmt::format("exit code {}", end.exit_code) : last;
 }
 
@@ -65,7 +65,7 @@ std::size_t count_ended(const RunSet& set) {
         std::count_if(set.runs.begin(), set.runs.end(), [](const SetRun& run) { return run.ended; }));
 }
 
-// Ranks that share the runs of a folder claim each, and leave a note why it failed.
+// Where ranks share the runs of a folder: the lock of a run's rank, and the file that says why a run failed.
 constexpr const char* kClaim = ".sidewall.claim";
 constexpr const char* kFailed = "failed.txt";
 
@@ -77,7 +77,7 @@ std::unique_ptr<FolderLock> claim_run(const fs::path& folder) {
     }
 }
 
-// How a run has ended that another rank may have made.
+// Reads how a run has ended, which another rank may have made; false if it has not.
 bool read_any_end(RunSet& set, std::size_t number) {
     if (read_end(set, number)) return true;
     const fs::path failed = folder_of(set, number) / kFailed;
@@ -93,7 +93,7 @@ struct Running {
     std::unique_ptr<FolderLock> claim;
 };
 
-// Side by side until all have ended.
+// Makes runs in child processes, several at a time, until all have ended.
 class Pool {
   public:
     Pool(RunSet& set, const std::vector<std::size_t>& numbers, ProgressBar& progress,
@@ -118,7 +118,7 @@ class Pool {
     }
 
   private:
-    // The first that may start now; those that another process still writes come later.
+    // Starts the first waiting run that can start, or takes its result; those that others write come later.
     bool start_one() {
         for (auto next = waiting_.begin(); next != waiting_.end(); ++next) {
             const std::size_t number = *next;
@@ -212,7 +212,7 @@ class Pool {
     std::vector<std::string> told_;
     std::size_t jobs_ = 1, threads_ = 1;
     const bool shared_ = ranks().count > 1;
-    double free_ = 0.0, memory_ = 0.0;  // when they began, and of what runs
+    double free_ = 0.0, memory_ = 0.0;  // bytes: free at the start, and needed by the running ones
 };
 
 // Names of the entries in which two plans differ.
@@ -254,7 +254,7 @@ fs::path folder_of(const RunSet& set, std::size_t number) {
 std::vector<std::string> run_arguments(const RunSet& set, std::size_t number) {
     const fs::path folder = folder_of(set, number);
     std::string path = folder.string();
-    if (path.starts_with('-')) path.insert(0, "./");  // no option
+    if (path.starts_with('-')) path.insert(0, "./");  // lest it is read as an option
     std::vector<std::string> arguments{"run", path + "/recipe.toml", "-o", path};
     if (is_there(folder / kManifest)) arguments.push_back("--resume");
     return arguments;
@@ -277,7 +277,7 @@ void make_runs(RunSet& set, const std::vector<std::size_t>& numbers, ProgressBar
     for (const std::size_t number : left) {
         refuse_link(folder_of(set, number));
         std::error_code failure;
-        fs::remove(folder_of(set, number) / kFailed, failure);  // it is tried again
+        fs::remove(folder_of(set, number) / kFailed, failure);  // the run is tried again
         if (ranks().count > 1) write_run_recipe(set, number);   // for all ranks to see
     }
     ended(0);
@@ -285,7 +285,7 @@ void make_runs(RunSet& set, const std::vector<std::size_t>& numbers, ProgressBar
 }
 
 void help_with_runs(const fs::path& folder, std::size_t jobs) {
-    constexpr int kPatience = 1200;  // pauses: a minute
+    constexpr int kPatience = 1200;  // pauses, a minute in all
     const auto began = fs::file_time_type::clock::now() - std::chrono::seconds(5);
     const auto is_new = [&](const char* file) {
         std::error_code failure;
@@ -293,7 +293,7 @@ void help_with_runs(const fs::path& folder, std::size_t jobs) {
         return !failure && time > began;
     };
     for (int pauses = 0; !lock_holder(folder); ++pauses) {
-        // The first rank may have ended by now, where there was little to do.
+        // Where there was little to do, the first rank may have ended already and left a new plan.
         if (interrupted() || pauses == kPatience || is_new("sweep.json") || is_new("fit.json")) return;
         std::this_thread::sleep_for(kSharedPause);
     }

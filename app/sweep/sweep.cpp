@@ -74,7 +74,7 @@ std::string row_of(const std::vector<std::string>& columns, const RunPoint& poin
     return row + fmt::format(",{}\n", csv_field(run.status));
 }
 
-// The names of the figures of any run that has ended, those of the first point's first.
+// The names of the figures that any ended run has, in the order of the points.
 std::vector<std::string> figures_of(const std::vector<RunPoint>& points, const RunSet& set) {
     std::vector<std::string> names;
     for (const RunPoint& point : points) {
@@ -86,7 +86,6 @@ std::vector<std::string> figures_of(const std::vector<RunPoint>& points, const R
     return names;
 }
 
-// The units of the figures.
 Json units_of(const RunSet& set) {
     Json units = Json::object();
     for (const SetRun& run : set.runs)

@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* kForms = "write KEY=LOW:HIGH[:COUNT][:log] or KEY=VALUE,VALUE,...";
 
-// At commas outside of brackets and quotes.
+// Splits a list at commas outside of brackets and quotes.
 std::vector<std::string> list_of(const std::string& text) {
     std::vector<std::string> values(1);
     int depth = 0;
@@ -85,7 +85,7 @@ std::vector<Vary> parse_vary(const std::vector<std::string>& texts, const Recipe
     std::vector<Vary> varied;
     const std::vector<KeyDoc> keys = settable_keys(recipe);
     const std::vector<NamedStep> steps = named_steps(recipe.steps);
-    std::vector<std::string> places;  // of the keys, whichever way they are written
+    std::vector<std::string> places;  // of the keys: a step may be named in several forms
     for (const std::string& text : texts) {
         Vary vary = parse_vary(text);
         try {
@@ -115,7 +115,7 @@ std::string value_at(const Vary& vary, double place) {
                             : vary.low + (vary.high - vary.low) * place;
     value = std::clamp(value, vary.low, vary.high);
     if (vary.whole) return fmt::format("{:.0f}", std::round(value));
-    return fmt::format("{:.12g}", value);  // so that a tenth is 0.1
+    return fmt::format("{:.12g}", value);  // 12 digits, so that a tenth is 0.1
 }
 
 double place_of(const Vary& vary, double value) {
@@ -176,7 +176,7 @@ std::vector<RunValues> sobol_points(const std::vector<Vary>& varied, std::size_t
 double sobol(std::uint32_t index, std::size_t dimension) {
     if (index == 0) return 0.0;
     boost::random::sobol sequence(kSobolDimensions);
-    sequence.seed(index - 1);  // Boost leaves the origin out
+    sequence.seed(index - 1);  // Boost's sequence lacks the origin
     sequence.discard(dimension);
     return static_cast<double>(sequence()) * 0x1p-64;
 }

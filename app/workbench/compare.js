@@ -1,10 +1,10 @@
 "use strict";
-// Measured profiles over computed ones, and the form that starts sweeps and fits.
+// Draws measured profiles over computed ones; the form that starts sweeps and fits.
 (() => {
   const { el } = Sidewall;
   const kMicrons = { nm: 1e-3, um: 1, "µm": 1, mm: 1e3, A: 1e-4, "Å": 1e-4 };
 
-  // Points of a measured profile: its columns x and z by name, else the first two, in the chart's unit where both are named.
+  // Points of a measured profile: columns x and z, else the first two; converted to `unit` if both units are known.
   Sidewall.profilePoints = (columns, unit) => {
     const column = (name, k) => columns.find((c) => c.name.toLowerCase() === name) || columns[k];
     const scaled = (c) => {
@@ -27,13 +27,13 @@
     return page;
   };
 
-  // A text to fill in, with its label.
+  // A text field with its label.
   const field = Sidewall.field = (label, width, value = "") => {
     const input = el("input", { type: "text", size: width, value, "aria-label": label });
     return { input, row: el("label", {}, `${label} `, input) };
   };
 
-  // The form: a key within a range, and what a fit aims at. `start` takes { command, vary, target, target_profile }.
+  // The form: a key, its range, and the targets of a fit. `start` takes { command, vary, target, target_profile }.
   Sidewall.studyForm = ({ numberAtCursor, profileNames, start }) => {
     const key = field("key", 20), low = field("from", 7), high = field("to", 7), count = field("runs", 3, "5");
     const target = field("target", 16), log = el("input", { type: "checkbox" }), profile = el("select", { "aria-label": "profile" });

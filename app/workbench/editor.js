@@ -1,9 +1,9 @@
 "use strict";
-// The recipe as text: completion and help of every key from the program's own table, and what is wrong under its line.
+// The text editor of recipes: completion and help from the program's table of keys; errors are shown under their line.
 (() => {
   const { el } = Sidewall, kHeader = /^\s*(\[\[?)\s*([\w.]+)\s*\]\]?/, kKey = /^\s*("[^"]*"|[\w-]+)\s*=/;
 
-  // Work of which one at a time is asked for: what comes meanwhile is done once more at its end.
+  // Makes `work` run one at a time: calls while it runs cause one more run after it.
   Sidewall.latest = (work, failed) => {
     let busy = null, again = false;
     const go = () => {
@@ -17,7 +17,7 @@
   };
 
   class Editor {
-    // `docs` are the sections of the key table; `changed` is called after every change by hand.
+    // `docs` are the sections of the key table; `changed` is called after every change by the user.
     constructor(holder, docs, changed) {
       this.docs = docs;
       this.help = el("p", { class: "help" });
@@ -28,7 +28,7 @@
         mode: "toml", lineNumbers: true, gutters: ["CodeMirror-linenumbers"], inputStyle: "contenteditable",
         extraKeys: {
           "Ctrl-Space": "autocomplete", Tab: (cm) => cm.execCommand("insertSoftTab"),
-          Esc: (cm) => cm.getInputField().blur(),  // the way out by the keyboard, as Tab indents
+          Esc: (cm) => cm.getInputField().blur(),  // leaves the editor by keyboard, as Tab indents
         },
         hintOptions: { hint: (cm) => this.hint(cm), completeSingle: false },
       });
@@ -38,7 +38,7 @@
       this.mirror.on("inputRead", (cm, change) => /[\w[]/.test(change.text[0]) && cm.showHint());
     }
 
-    // The end that all lines of a text have, as the editor keeps one alone.
+    // The line ending of a text. The editor keeps only one, so mixed endings are refused.
     static lineEnd(text) {
       const ends = new Set(text.match(/\r\n?|\n/g));
       if (ends.size > 1) throw new Error("its lines end in different ways (LF, CRLF): convert it, as by dos2unix");
@@ -52,14 +52,14 @@
       this.mirror.clearHistory();
     }
 
-    // Adds text at the end, and shows it.
+    // Adds text at the end, and moves the cursor there.
     append(text) {
       this.mirror.replaceRange(text, CodeMirror.Pos(this.mirror.lastLine()), undefined, "+input");
       this.mirror.setCursor(this.mirror.lastLine(), 0);
       this.mirror.focus();
     }
 
-    // Where in its line a problem is: at the column if it has one, else the key or the value that it names first.
+    // Columns [from, to] of a problem in its line: at its column if given, else the value or key that it names first.
     place(text, { column, problem }) {
       if (column) return [column - 1, column + /^[\w.-]*/.exec(text.slice(column))[0].length];
       const key = (/^[^\s:=]*?([\w-]+)(?:\[\d+\])*(?: =|:)/.exec(problem) || [])[1], from = key ? text.indexOf(key) : -1;
@@ -69,7 +69,7 @@
         : [from, from + key.length];
     }
 
-    // Shows what is wrong, under its line if that is known; null: nothing.
+    // Shows a problem, under its line if that is known; null removes it.
     mark(problem) {
       if (this.fault) this.fault.clear();
       if (this.widget) this.widget.clear();
@@ -85,7 +85,7 @@
       this.widget = this.mirror.addLineWidget(line, el("div", { class: "problem", role: "alert" }, problem.problem));
     }
 
-    // The section of a line: its header's path with numbers of lists, and the texts of its own lines.
+    // The section of a line: its path, as in step[0], the name in its header, and its lines.
     section(line) {
       const count = new Map();
       let found = { path: "", name: "", lines: [] };
@@ -112,7 +112,7 @@
       return found;
     }
 
-    // The table's section that documents a section of the recipe.
+    // The section of the key table that documents a section of the recipe.
     doc({ name, lines }) {
       const value = (key) => {
         const line = lines.find((text) => kKey.exec(text) && kKey.exec(text)[1] === key);
@@ -129,7 +129,7 @@
       return { path: key ? `${section.path ? `${section.path}.` : ""}${key[1]}` : "", known, doc };
     }
 
-    // The number that the cursor is on, and its key.
+    // Value and key of the number in the line of the cursor; null: none.
     numberAtCursor() {
       const { line } = this.mirror.getCursor(), text = this.mirror.getLine(line).replace(/#.*/, "");
       const number = /=\s*([-+]?[\d_]*\.?\d+(?:[eE][-+]?\d+)?)\s*$/.exec(text);

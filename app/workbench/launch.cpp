@@ -24,7 +24,7 @@ struct {
     std::vector<pid_t> processes;
 } started;
 
-// A process with these files as its standard input, output and error, and no other file.
+// Starts a process with these files as standard input, output and error, and no other open file.
 pid_t spawn(const std::vector<std::string>& words, int folder, const std::array<int, 3>& files, short flags) {
     std::vector<char*> pointers;
     std::vector<std::string> texts = words;
@@ -35,7 +35,7 @@ pid_t spawn(const std::vector<std::string>& words, int folder, const std::array<
     posix_spawnattr_t attributes;
     ::posix_spawn_file_actions_init(&actions);
     ::posix_spawnattr_init(&attributes);
-    // Signals stop it however those of this thread are: a library's threads may take none.
+    // SIGINT and SIGTERM stop the process, even if this thread (one of a library's, say) blocks signals.
     sigset_t none, stopping;
     ::sigemptyset(&none);
     ::sigemptyset(&stopping);
@@ -77,7 +77,7 @@ std::string text_in(const Descriptor& file, const std::string& command) {
     return text_of(file, kMost);
 }
 
-// The status of a process that has ended, or that had to be killed.
+// Waits for the end of a process, kills it after \p patience or an interrupt, and returns its wait status.
 int wait_for(pid_t process, std::chrono::seconds patience) {
     const auto deadline = std::chrono::steady_clock::now() + patience;
     int status = 0;

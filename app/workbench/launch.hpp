@@ -3,33 +3,33 @@
 #include <string>
 #include <vector>
 
-// Other processes of this program: some answer at once, some run on their own.
+// Other processes of this program: those that answer at once, and runs that outlive this process.
 namespace sidewall::app {
 
-/// What a process that was asked has said.
+/// Exit code and output of a process.
 struct SpokenAnswer {
-    int exit_code = 0;     ///< 128 and more by a signal
-    std::string output;    ///< on standard output
-    std::string messages;  ///< on standard error
+    int exit_code = 0;     ///< 128 plus the signal's number if one ended it
+    std::string output;    ///< standard output
+    std::string messages;  ///< standard error
 };
 
-/// Runs this program with other arguments and waits for its answer. At most two are asked at a time; others wait.
+/// Runs this program with other arguments and waits for its end. At most two run at a time; other calls wait.
 /// \param arguments  without the program's name.
-/// \param folder     that it works in: an open one.
-/// \param input      that it reads.
-/// \param patience   after which it is killed, as it is when this process is asked to stop.
-/// \throws IoError if the system refuses a process, or the answer is over 16 MB.
+/// \param folder     descriptor of its working folder.
+/// \param input      its standard input.
+/// \param patience   time until it is killed; it is killed, too, when this process is asked to stop.
+/// \throws IoError if the system refuses a process, or its output is over 16 MB.
 SpokenAnswer ask_program(const std::vector<std::string>& arguments, int folder, const std::string& input,
                          std::chrono::seconds patience);
 
-/// Starts a program in a session of its own, so that it outlives this process and the terminal.
-/// \param words   its name first; `sidewall` is this program.
-/// \param folder  that it works in: an open one.
-/// \param log     takes what it says; its number as a file of this process.
+/// Starts a program in a new session, so that it outlives this process and the terminal.
+/// \param words   its command line; the name `sidewall` is this program.
+/// \param folder  descriptor of its working folder.
+/// \param log     descriptor that gets its standard output and error; negative: none.
 /// \throws IoError if the system refuses a process.
 void start_program(const std::vector<std::string>& words, int folder, int log);
 
-/// Lets go of the started processes that have ended, of which the system keeps a record until then.
+/// Reaps the started processes that have ended, so that none stays a zombie; does not block.
 void forget_ended();
 
 }  // namespace sidewall::app

@@ -1,19 +1,19 @@
 "use strict";
-// Masks drawn over the wafer: a rectangle or, at a profile, an interval becomes text of the recipe; with the pointer, or by fields.
+// Adds masks to the recipe: a rectangle, or an interval of a profile, is drawn with the pointer or typed into fields.
 (() => {
   const { el } = Sidewall, kHeader = /^[ \t]*\[\[?[ \t]*([A-Za-z_][\w.]*)[ \t]*\]\]?/gm;
 
   const round = (v) => Number(v.toPrecision(9));
   const polygon = ([x0, x1], [y0, y1]) => `{ points = [${[x0, y0, x1, y0, x1, y1, x0, y1].map(round).join(", ")}] }`;
 
-  // Where the bracket that is open before a place of the text is closed; -1: nowhere.
+  // Index of the bracket "]" that closes the one open at index `at`; -1: none.
   const closing = (text, at) => {
     for (let depth = 1; at < text.length; ++at)
       if ("[]".includes(text[at]) && !(depth += text[at] === "[" ? 1 : -1)) return at;
     return -1;
   };
 
-  // The keys of a mask: at a profile a film with a slot or, if that is the last layer, a slot more in it, or a ridge.
+  // Recipe lines of a mask layer. For a profile (no y): a ridge, a film with a slot, or one more slot if `own` is such a film.
   const lines = ([x0, x1], y, { material, thickness, stays }, own) => {
     const place = [`width = ${round(x1 - x0)}`, `position = [${round((x0 + x1) / 2)}, 0.0]`], film = `material = "${material}"`;
     if (y) return [film, 'shape = "mask"', `thickness = ${thickness}`, ...(stays ? ["openings = false"] : []), `polygons = [${polygon([x0, x1], y)}]`];
@@ -22,7 +22,7 @@
       ? ["subtract = true", 'shape = "trench"', `depth = ${thickness}`, ...place] : [film, 'shape = "trench"', `thickness = ${thickness}`, ...place];
   };
 
-  // What is written into a recipe, and where: one polygon more if its last layer is a mask, else a layer over that one. Without y: a profile.
+  // Text to insert and its index: a polygon if the last layer is a mask, else a layer after it. Without y: a profile.
   Sidewall.maskEdit = (text, x, y, mask) => {
     const headers = [...text.matchAll(kHeader)], last = headers.map((header) => header[1]).lastIndexOf("layer");
     const next = headers.slice(last + 1).find(([, name]) => last < 0 ? name.startsWith("step") : !name.startsWith("layer."));
@@ -32,12 +32,12 @@
     const before = text.slice(0, Math.max(close, 0)).trimEnd();
     if (close >= 0 && close < end && !before.slice(before.lastIndexOf("\n") + 1).includes("#"))
       return { at: before.length, added: (/[[,]$/.test(before) ? " " : ", ") + polygon(x, y) };
-    // Comments right above the next section are about it.
+    // Comments directly above the next section belong to that section.
     const above = next ? text.slice(0, end).replace(/(\n[ \t]*#[^\n]*)+\n$/, "\n") : text;
     return { at: above.trimEnd().length, added: `\n\n[[layer]]\n${lines(x, y, mask, own).join("\n")}` };
   };
 
-  // The form, which draws in a pane with a viewer into an editor's recipe.
+  // The form: reads a drawing in the pane's 3-D view or its fields, and inserts the mask into the editor's recipe.
   Sidewall.maskForm = ({ pane, editor }) => {
     const { field } = Sidewall, x = [field("x from", 6), field("x to", 6)], y = [field("y from", 6), field("y to", 6)];
     const thickness = field("thickness", 5), material = field("material", 9, "Resist");
@@ -62,7 +62,7 @@
       mirror.focus();
     };
 
-    // Where the pointer is on top of the wafer, or in a profile's plane: within it, in round numbers.
+    // The pointer's place on the wafer's top plane, or in a profile's plane: x, y, clamped to the domain and rounded.
     const place = (event) => {
       const { canvas, eye, min, max, middle, size } = viewer(), box = canvas.getBoundingClientRect(), ray = new THREE.Raycaster();
       ray.setFromCamera({ x: 2 * (event.clientX - box.left) / box.width - 1, y: 1 - 2 * (event.clientY - box.top) / box.height }, eye);
@@ -98,7 +98,7 @@
       note.textContent = drawing ? `Drag ${flat() ? "an interval" : "a rectangle"} over the wafer; Esc ends it.` : "";
     };
 
-    // The pane takes the pointer, as a view that comes anew while one draws replaces the canvas.
+    // The pane captures the pointer, because a new view replaces the canvas while the user draws.
     pane.addEventListener("pointerdown", (event) => {
       if (!drawing || !viewer() || event.target !== viewer().canvas || event.button !== 0 || !(from = place(event))) return;
       viewer().controls.enabled = false;
@@ -115,7 +115,7 @@
       el("div", { class: "row" }, material.row, thickness.row, kind, button("Insert", insert)), note);
     form.addEventListener("keydown", (event) => event.key === "Enter" && event.target.type === "text" && insert());
     form.addEventListener("toggle", () => { if (form.open) form.aim(); else draw(false); });
-    // Turns the viewer so that one can draw, all of the wafer in sight.
+    // Fills in a thickness; while drawing, removes the cut and shows the whole wafer from the top (profile: front).
     form.aim = () => {
       const v = viewer();
       for (const { row } of y) row.hidden = flat();

@@ -46,7 +46,7 @@ int open_root(const fs::path& folder) {
     return file;
 }
 
-// Of a file; nothing for a folder, a pipe or none.
+// Size in bytes of a regular file; nothing for anything else.
 std::optional<std::size_t> size_of(const Descriptor& file) {
     struct stat there {};
     if (::fstat(file.number(), &there) != 0 || !S_ISREG(there.st_mode)) return std::nullopt;
@@ -58,7 +58,7 @@ std::string folder_part(const std::string& name) {
     return slash == std::string::npos ? "" : name.substr(0, slash);
 }
 
-// By a file that says what made it, if all that lists read are files: no link, no pipe.
+// Whether a folder holds a file of results, and none of the files that lists read is a link or a pipe.
 bool holds_results(const Descriptor& folder) {
     bool marked = false;
     for (const char* file : {"summary.json", "timeline.csv", "sweep.json", "fit.json", "compare.json",
@@ -78,7 +78,7 @@ void add(const std::string& name, std::vector<std::string>& list, bool& whole) {
         whole = false;
 }
 
-// A folder's own files come before those of folders in it.
+// Lists a folder's own entries before those of its subfolders, as the number of entries is limited.
 void find(const Descriptor& folder, const std::string& prefix, int depth, std::size_t& entries,
           OpenedFolder::Contents& found) {
     constexpr int kDeepest = 4;
@@ -202,7 +202,7 @@ void OpenedFolder::write(const std::string& name, const std::string& text, const
     } catch (const IoError& error) {
         throw IoError("{}", boost::replace_all_copy(std::string(error.what()), at.path().string(), "."));
     }
-    // A file system that refuses has no rights to keep.
+    // A failure is ignored: such a file system has no permissions.
     if (!anew) std::ignore = ::fchmod(open_part(at, own, O_RDONLY).number(), there.st_mode & 07777);
 }
 

@@ -20,7 +20,7 @@
 namespace sidewall::app {
 namespace {
 
-// A file of results as JSON: null if there is none, or none that this program writes.
+// A file of results as JSON; null if it is missing or not an object.
 Json json_in(const Descriptor& run, const std::string& name) {
     constexpr std::size_t kMostValues = 50'000;
     Json json = parse_json(text_of(open_file(run, name.c_str())), kMostValues);
@@ -33,7 +33,7 @@ std::string kind_of(const Descriptor& run) {
     return "run";
 }
 
-// Whether the work in a folder is done; one that cannot be read yet is not.
+// Whether the work in a folder is done; false also if its files cannot be read yet.
 bool has_ended(const Descriptor& run, const std::string& kind) {
     try {
         if (kind == "fit") return json_in(run, "fit.json").contains("parameters");
@@ -57,7 +57,7 @@ std::string stamp_of(const Descriptor& run) {
     return stamp;
 }
 
-// The time of all steps of an effective recipe, loops counted. Files that it names are left alone.
+// Total duration of the steps of an effective recipe, with repeats of loops; reads no file that it names.
 double duration_in(const std::map<std::string, std::string>& keys) {
     double total = 0.0;
     for (const auto& [key, value] : keys) {
@@ -75,7 +75,7 @@ Descriptor timeline_of(const Descriptor& run) {
     return open_file(run, "timeline.csv", std::numeric_limits<std::size_t>::max());
 }
 
-// How far a run has come; what cannot be read leaves it out.
+// Adds process time reached, total time and unit; leaves out what cannot be read.
 void add_progress(const Descriptor& run, Json& json) {
     try {
         if (json["state"] == "finished") {
@@ -92,11 +92,11 @@ void add_progress(const Descriptor& run, Json& json) {
         const auto time = timeline.column("time");
         if (time && !timeline.rows.empty())
             json["time"] = finite_number(timeline.rows.back()[*time]).value_or(0.0);
-    } catch (const std::exception&) {  // it has just begun
+    } catch (const std::exception&) {  // the run has just begun
     }
 }
 
-// As the command line gets it: no option, whatever its name begins with.
+// A path for the command line: a name that begins with a dash is not taken for an option.
 std::string plain_path(const std::string& name) {
     return "./" + name;
 }
@@ -119,7 +119,7 @@ Json table_json(const OpenedFolder& folder) {
             const Descriptor run = folder.folder(name), timeline = timeline_of(run);
             rows.push_back(run_row(name, text_of(open_file(run, "recipe.toml")),
                                    text_of(open_file(run, "summary.json")), timeline.path()));
-        } catch (const NotInside&) {  // removed meanwhile
+        } catch (const NotInside&) {  // removed since contents() was read
         }
     }
     return runs_table(rows);
@@ -129,10 +129,11 @@ std::vector<std::string> command_words(const OpenedFolder& folder, const Json& a
     const std::string command = text_at(asked, "command"), recipe = text_at(asked, "recipe");
     if (command != "run" && command != "sweep" && command != "fit")
         throw RecipeError("{}: the page starts run, sweep and fit", command);
-    folder.read(recipe.substr(recipe.starts_with("./") ? 2 : 0));  // as a sweep that is resumed names it
+    // Checks that the recipe exists; the plan of a resumed sweep names it with "./".
+    folder.read(recipe.substr(recipe.starts_with("./") ? 2 : 0));
     std::vector<std::string> words{"sidewall", command, plain_path(recipe), "-o",
                                    plain_path(text_at(asked, "output"))};
-    if (command == "run") words.emplace_back("--checkpoint-every=10");  // the page shows them
+    if (command == "run") words.emplace_back("--checkpoint-every=10");  // the page shows checkpoints
     if (const auto resume = asked.find("resume"); resume != asked.end() && *resume == true)
         words.emplace_back("--resume");
     for (const char* name : {"set", "vary", "target", "target_profile"}) {
@@ -172,11 +173,11 @@ bool stop_run(const OpenedFolder& folder, const std::string& name) {
     if (::gethostname(host.data(), host.size() - 1) != 0 || !std::regex_search(holder, match, form) ||
         match[2] != host.data())
         return false;
-    // The file says a number; only a process of this program is meant.
+    // The lock file may be stale: its process number may belong to another program by now.
     const auto program = [](const std::string& process) {
         std::error_code failure;
         const std::string name = fs::read_symlink("/proc/" + process + "/exe", failure).filename().string();
-        return name.substr(0, name.find(" (deleted)"));  // it has been built anew since
+        return name.substr(0, name.find(" (deleted)"));  // the program was rebuilt
     };
     if (program(match[1]) != program("self")) return false;
     return ::kill(static_cast<pid_t>(std::stol(match[1])), SIGTERM) == 0;

@@ -30,14 +30,14 @@ using Seconds = std::chrono::seconds;
 
 constexpr std::uint32_t kMostHeader = 16'384;
 constexpr std::uint64_t kMostBody = 4'000'000;
-constexpr std::size_t kMostHeld = 24'000'000;  // bytes of all requests and answers
-constexpr std::size_t kLittle = 100'000;       // one of so many bytes is answered however many are held
-constexpr std::size_t kCopies = 3;             // of a request: its bytes, their JSON, and what is made of it
+constexpr std::size_t kMostHeld = 24'000'000;  // bytes that all requests and answers may hold
+constexpr std::size_t kLittle = 100'000;       // bytes; up to so many are never refused
+constexpr std::size_t kCopies = 3;             // copies of a request: bytes, JSON, and what is made of it
 constexpr int kMostConnections = 64;
-constexpr std::size_t kThreads = 16;  // two of which may ask the program
+constexpr std::size_t kThreads = 16;  // threads; at most two wait for processes of ask_program
 constexpr Seconds kToArrive{20}, kToBeTaken{60};
 
-// Percent-encoded text as it was; nothing if the encoding is damaged.
+// Decodes percent-encoded text; nothing if the encoding is damaged.
 std::optional<std::string> decoded(std::string_view text) {
     std::string plain;
     for (std::size_t i = 0; i < text.size(); ++i) {
@@ -54,7 +54,7 @@ std::optional<std::string> decoded(std::string_view text) {
     return plain;
 }
 
-// Path and query of a target; false if it is none.
+// Reads path and query of a request target; false if it is malformed.
 bool read_target(std::string_view target, WebRequest& request) {
     const std::size_t mark = target.find('?');
     const auto path = decoded(target.substr(0, mark));
@@ -72,7 +72,7 @@ bool read_target(std::string_view target, WebRequest& request) {
     return true;
 }
 
-// Takes as long whatever the texts have in common.
+// Compares in a time that does not depend on how much of the texts agrees.
 bool same_secret(std::string_view a, std::string_view b) {
     if (a.size() != b.size()) return false;
     unsigned differ = 0;
@@ -80,7 +80,7 @@ bool same_secret(std::string_view a, std::string_view b) {
     return differ == 0;
 }
 
-// What all connections share.
+// State that all connections share.
 struct Shared {
     WebOptions options;
     std::function<WebReply(const WebRequest&)> handle;
@@ -98,8 +98,8 @@ std::string header(const Request& request, http::field name) {
     return {value.data(), value.size()};
 }
 
-// Whether a page of this server asks, or nobody's. One with the token may come from anywhere, as from the
-// file that opens a browser.
+// Whether a request comes from a page of this server, or from no page. With the token any page may have sent
+// the user here, such as the file that opens a browser.
 bool from_here(const Request& request, std::uint16_t port, bool has_token) {
     const std::string host = header(request, http::field::host),
                       origin = header(request, http::field::origin);
@@ -137,11 +137,11 @@ WebReply plain(int status, std::string text) {
     return {.status = status, .type = "text/plain; charset=utf-8", .body = std::move(text)};
 }
 
-// What a request's header says.
+// A request after its header was read.
 struct Asked {
     WebRequest wanted;
-    bool first = false;               // by the address that was printed
-    std::optional<WebReply> refused;  // and why
+    bool first = false;               // the token is in the address, as printed
+    std::optional<WebReply> refused;  // the answer if it is refused
 };
 
 Asked asked_by(const Request& header, const Shared& shared) {
@@ -177,8 +177,8 @@ http::response<http::string_body> answer(Request& request, Asked& asked, const S
     return response;
 }
 
-// A connection: one request, one answer. The body is read once the header has passed all checks. Its
-// deadlines hold for all of either, however slowly bytes come and go.
+// A connection: one request, one answer. The body is read once the header has passed all checks. A deadline
+// holds for the whole request and one for the whole answer, however slowly bytes come or go.
 class Connection : public std::enable_shared_from_this<Connection> {
   public:
     Connection(Tcp::socket&& socket, Shared& shared) : stream_(std::move(socket)), shared_(shared) {
@@ -213,7 +213,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
             [self = shared_from_this()](beast::error_code failure, std::size_t) { self->on_read(failure); });
     }
 
-    // Counts so many bytes in place of those before; false if all connections together would hold too many.
+    // Sets the bytes that this connection holds; false if all connections together would hold too many.
     bool hold(std::size_t bytes) {
         shared_.held -= std::exchange(held_, 0);
         if ((shared_.held += bytes) <= kMostHeld || bytes <= kLittle) {
@@ -228,7 +228,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
         return response_of(plain(503, "busy: other answers are still being taken; ask again\n"), kVersion);
     }
 
-    // Whether it goes no further; what is no request, or too large, is told.
+    // Whether reading failed; answers malformed and oversized requests.
     bool refuses(beast::error_code error) {
         if (error == http::error::body_limit)
             write(response_of(plain(413, "too large\n"), kVersion));
@@ -237,7 +237,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
         else if (error.category() == http::make_error_code(http::error::bad_method).category() &&
                  error != http::error::end_of_stream && error != http::error::partial_message)
             write(response_of(plain(400, "not a request\n"), kVersion));
-        return bool(error);  // else it is gone, or too slow
+        return bool(error);  // without an answer: the peer has gone or was too slow
     }
 
     void on_read(beast::error_code error) {

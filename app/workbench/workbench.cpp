@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::chrono::seconds kPatience{60};
 
-// What this process answers itself takes turns: the memory that each takes for a moment is that of one.
+// Requests that this process answers itself run one at a time, so that their memory does not add up.
 std::unique_lock<std::mutex> own_turn() {
     static std::mutex turn;
     return std::unique_lock(turn);
@@ -38,7 +38,7 @@ WebReply reply_of(const Json& json) {
     return {.body = json.dump(-1, ' ', false, Json::error_handler_t::replace)};
 }
 
-// What is wrong with a recipe, as the program says it, with the line and of what is no TOML the column.
+// The error in a recipe from the program's message, with its line and, for invalid TOML, its column.
 Json problem_of(const std::string& messages) {
     static const std::regex form(
         R"(sidewall: (?:recipe:)?(?:(\d{1,9}): )?(?:(?=not valid TOML at column (\d{1,9}):))?)");
@@ -55,7 +55,7 @@ Json problem_of(const std::string& messages) {
     return problem;
 }
 
-// What `check` says behind the effective recipe, without comment signs.
+// What `check` prints after the effective recipe, without comment signs.
 std::string findings_of(const std::string& output) {
     std::string text;
     for (const std::string& line :
@@ -74,7 +74,7 @@ std::string notes_of(const std::string& messages) {
     return text;
 }
 
-// The recipe's sections and keys; what stands for a chemistry is a deck of that model.
+// Documentation of all sections and keys of recipes. The words of a key chemistry are the decks of its model.
 Json keys_json(const Json& decks) {
     Json sections = Json::array();
     for (const SectionDoc& section : recipe_documentation()) {
@@ -92,7 +92,7 @@ Json keys_json(const Json& decks) {
     return sections;
 }
 
-// The decks that came with the program, each with its model.
+// The chemistry decks that came with the program, each with its model.
 Json decks_json() {
     Json decks = Json::object();
     for (const Deck& deck : shipped_decks()) decks[deck.name] = deck.model;
@@ -108,7 +108,7 @@ std::vector<std::string> shipped_recipes() {
     return names;
 }
 
-// The folder's file, or a text that came with the program.
+// The text and digest of a file of the folder, or of a recipe that came with the program (digest "").
 WebReply text_reply(const OpenedFolder& folder, const WebRequest& request) {
     if (const auto shipped = request.query.find("shipped"); shipped != request.query.end()) {
         if (std::ranges::count(shipped_recipes(), shipped->second) == 0) throw NotInside("no shipped recipe");
@@ -127,7 +127,7 @@ WebReply text_reply(const OpenedFolder& folder, const WebRequest& request) {
     }
 }
 
-// The file is not as the page has it; the digest of one that was removed is empty.
+// The answer for a file that has changed since the page read it: its digest, "" if it was removed.
 Json changed_json(const OpenedFolder& folder, const std::string& path) {
     std::string now;
     try {
@@ -154,7 +154,7 @@ Json save(const OpenedFolder& folder, const Json& asked) {
     return {{"digest", digest(text)}};
 }
 
-// Starts what the page asks for, of the recipe that it shows if it says which text that is.
+// Starts the command that the page asks for; not if the recipe has another digest than the page gives.
 Json start(const OpenedFolder& folder, const Json& asked) {
     if (asked.contains("digest")) {
         Json changed = changed_json(folder, text_at_key(asked, "recipe"));
@@ -164,8 +164,8 @@ Json start(const OpenedFolder& folder, const Json& asked) {
     return Json::object();
 }
 
-// The folder that a recipe of the page is in, where files that it names are sought; before it is there, the
-// opened one.
+// The folder of the page's recipe, in which files that it names are sought; the opened folder if it does not
+// exist yet.
 Descriptor home_of(const OpenedFolder& folder, const Json& asked) {
     const std::string path = text_at_key(asked, "path");
     const std::size_t slash = path.rfind('/');
@@ -192,7 +192,7 @@ WebReply check(const OpenedFolder& folder, const Json& asked) {
     return reply_of({{"text", notes_of(said.messages) + findings_of(said.output)}});
 }
 
-// Names of runs that a query repeats.
+// Names of the runs in a query; each folder is checked for links.
 std::vector<std::string> runs_asked(const OpenedFolder& folder, const WebRequest& request) {
     const auto asked = request.query.find("run");
     if (asked == request.query.end()) throw NotInside("no run");
@@ -219,7 +219,7 @@ Json contents_json(const OpenedFolder& folder, const std::string& first) {
     for (const std::string& name : found.results) {
         try {
             runs.push_back(run_json(folder, name));
-        } catch (const NotInside&) {  // removed meanwhile
+        } catch (const NotInside&) {  // removed since contents() was read
         }
     }
     return {{"folder", folder.path().string()}, {"recipe", first}, {"recipes", found.recipes},
@@ -238,7 +238,7 @@ Json log_json(const OpenedFolder& folder, const WebRequest& request) {
     return {{"text", text}};
 }
 
-// A measured profile as columns of numbers.
+// Parses a measured profile (CSV) to columns of numbers.
 Json profile_json(const Json& asked) {
     constexpr std::size_t kMost = 200'000;
     const CsvTable table = parse_csv(text_at_key(asked, "text"), "the file", kMost / 2);

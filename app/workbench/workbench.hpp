@@ -8,16 +8,16 @@ namespace sidewall::app {
 
 class OpenedFolder;
 
-/// What the page of the workbench asks for: recipes to edit, checks and previews of them, runs to start, stop and look at.
+/// Answers requests of the workbench's page: edit, check and preview recipes; start, stop and show runs.
 ///
-/// All state is in the folder's files: runs are processes of their own, which the command line can go on with, and the other way
-/// round. What needs much memory or time is asked of other processes of this program.
+/// All state is in the folder's files. Runs are separate processes: page and command line can each resume
+/// what the other began. Work that needs much memory or time is done by other processes of this program.
 class Workbench {
   public:
-    /// \param recipe  in the folder, to begin with; may be empty.
+    /// \param recipe  name in the folder of the recipe to open first; may be empty.
     Workbench(const OpenedFolder& folder, std::string recipe);
 
-    /// Answers a request; for any thread. What the user has to mend comes as {"problem": ...} with status 200.
+    /// Answers a request; thread-safe. Errors that the user can correct give {"problem": ...} and status 200.
     WebReply answer(const WebRequest& request) const;
 
   private:

@@ -1,5 +1,5 @@
 "use strict";
-// The workbench: a recipe and the wafer that it begins with, runs of the folder, and what they found.
+// The workbench: a recipe and its initial wafer, the runs of the folder, and their results.
 (() => {
   const { el, number, latest } = Sidewall, kTyping = 250, kResting = 700, kPoll = 1000, kLongestPoll = 5000;
   const kSilent = "The workbench does not answer: it has ended, or the connection is lost.";
@@ -16,9 +16,9 @@
 
   const state = { path: "", digest: "", dirty: false, round: 0, opens: 0, took: 0, runs: [], table: null, stamps: "", shown: [], shownStamp: "", tables: [],
                   pinned: false, chosen: new Set(), profiles: [] };
-  let editor = null, keys = null, fresh = false;  // fresh: the view is of another wafer than before
+  let editor = null, keys = null, fresh = false;  // fresh: the next view is of another wafer
 
-  // The page's parts.
+  // The parts of the page.
   const button = (text, title, click) => el("button", { type: "button", title, onclick: click }, text);
   const choose = el("select", { "aria-label": "recipe", onchange: () => pick(choose.value) });
   const status = el("output", { class: "status", "aria-live": "polite" });
@@ -53,7 +53,7 @@
     return reply;
   };
 
-  // The 3-D view: one at a time, seen from where the last one was if it shows the same wafer, else from the same side.
+  // Shows a 3-D view, one at a time. The camera stays where it was for the same wafer, else keeps its direction.
   function place(section, element) {
     const last = view.viewer && view.viewer.controls ? view.viewer : null, degrees = 180 / Math.PI;
     const same = last && !fresh && last.section.title === section.title, seen = same && last.moved() && last.seenFrom();
@@ -76,7 +76,7 @@
     masks.aim();
   }
 
-  // Draws a page's view in its pane and the other sections below; runs keep the pane until the recipe changes.
+  // Draws the view of a page in its pane and, if `below`, notes and other sections below.
   function draw(page, below) {
     Sidewall.viewer = null;
     const parts = Sidewall.sectionsOf(page), rest = [];
@@ -87,7 +87,7 @@
     if (below) kept(results, ...page.notes.map((note) => el("p", { class: "warning" }, note)), ...rest);
   }
 
-  // Replaces what stands in a place; scrolling and the keyboard's focus stay.
+  // Replaces the children of an element; keeps scroll positions and the keyboard focus.
   function kept(place, ...children) {
     const boxes = () => [...place.querySelectorAll(".scroll, pre")], at = boxes().map((box) => [box.scrollLeft, box.scrollTop]);
     const stops = () => [...place.querySelectorAll("button, input, select, [tabindex]")];
@@ -97,10 +97,10 @@
     boxes().forEach((box, k) => at[k] && box.scrollTo(...at[k]));
     if (stops()[focus]) stops()[focus].focus({ preventScroll: true });
     place.style.minHeight = "";
-    if (window.scrollY !== scrollY) window.scrollTo({ top: scrollY, behavior: "instant" });  // else a smooth scroll goes on
+    if (window.scrollY !== scrollY) window.scrollTo({ top: scrollY, behavior: "instant" });  // not animated, unlike the style of the page
   }
 
-  // Checks and draws the recipe as it stands; an answer on an earlier text is dropped.
+  // Checks and draws the recipe after each change; answers for an earlier text are dropped (state.round).
   let typing = 0;
   const changed = () => {
     state.dirty = true;
@@ -129,7 +129,7 @@
   async function open(path, shipped) {
     const opening = ++state.opens, { round } = state;
     const found = told(await (shipped ? get(`/api/text?shipped=${encodeURIComponent(shipped)}`) : textOf(path)));
-    if (opening !== state.opens) return;  // another was chosen meanwhile
+    if (opening !== state.opens) return;  // another recipe was chosen while this one was read
     if (round !== state.round) { refreshBar(); throw new Error(`${path} is not opened, as something was typed meanwhile`); }
     try { Sidewall.Editor.lineEnd(found.text); } catch (error) { refreshBar(); throw new Error(`${path}: ${error.message}`); }
     for (const old of left.querySelectorAll(".choice")) old.remove();
@@ -161,7 +161,7 @@
       state.path = toml(name);
     }
     const { path } = state, text = editor.text, reply = await post("/api/save", { path, text, digest: state.digest });
-    if (path !== state.path) return;  // another is open by now
+    if (path !== state.path) return;  // another recipe is open by now
     if (reply.changed) await conflict(path, reply.digest);
     state.digest = told(reply).digest;
     state.dirty = editor.text !== text;
@@ -170,7 +170,7 @@
     refreshBar();
   }
 
-  // The file has changed on the disk since it was opened, or is gone: both texts, where they differ, and which of them is to stay.
+  // Asks which text to keep when the file has changed on the disk or was removed; shows the lines that differ.
   async function conflict(path, digest) {
     const theirs = digest ? (await textOf(path)).text : "", known = theirs !== undefined;
     if (path !== state.path) return;
@@ -213,7 +213,7 @@
   }
   const run = () => begin({ command: "run" });
   async function resume(path) {
-    const { kind } = state.runs.find((run) => run.path === path);  // a sweep or fit is that of its folder
+    const { kind } = state.runs.find((run) => run.path === path);  // sweep, fit: the server takes the recipe from the folder's plan
     told(await post("/api/start", { command: kind, recipe: `${path}/recipe.toml`, output: path, resume: true }));
     await watch(path);
   }
@@ -221,7 +221,7 @@
     const { asked } = await post("/api/stop", { run: path });
     say(asked ? `${path} stops at the next time step` : `${path} is not running on this machine`, !asked);
   }
-  // Waits until a run that was started shows itself, or says why it does not.
+  // Waits until a started run appears in the list; after 6 s, fails with the last line of its log.
   async function watch(path) {
     say(`${path} begins`);
     for (let tries = 0; tries < 40; ++tries) {
@@ -235,7 +235,7 @@
     throw new Error(lines[lines.length - 1] || `${path} did not begin`);
   }
 
-  // Shows runs: one with all it has, several beside each other.
+  // Shows one run with all its results, or several side by side.
   async function show(paths, anew = false) {
     if (!paths.length) { say("Mark runs in the table first.", true); return; }
     const one = state.runs.find((run) => run.path === paths[0]), live = paths.length === 1 && one && one.state === "running";
@@ -253,7 +253,7 @@
   function redraw() {
     const copy = JSON.parse(JSON.stringify(state.page));
     try { Sidewall.overlay(copy, state.profiles); } catch (error) { say(error.message, true); }
-    if (copy.kind === "runs") copy.sections = copy.sections.filter((section) => section.type !== "table");  // it is above
+    if (copy.kind === "runs") copy.sections = copy.sections.filter((section) => section.type !== "table");  // the table is above already
     if (!state.pinned) copy.sections = copy.sections.filter((section) => section.type !== "view");
     draw(copy, true);
   }
@@ -339,7 +339,7 @@
     if (one && one.stamp + one.state !== state.shownStamp) await show(state.shown);
   }
 
-  // A measured profile, over those of the runs that are shown; one that is dropped is kept in the folder, where a fit finds it.
+  // Draws a measured profile over those of the shown runs. A file dropped on the page is saved in the folder, for fits.
   async function measure(path, text) {
     const { columns } = told(await post("/api/profile", { text }));
     state.profiles = [...state.profiles.filter((profile) => profile.name !== path), { name: path, columns }];
@@ -379,7 +379,7 @@
     if (first) await tried(open(first));
     else say("This folder has no recipe yet: choose one that came with the program.");
     refreshBar();
-    for (let wrong = "";;) {  // a folder that takes long is asked less often
+    for (let wrong = "";;) {  // polls; less often where the folder takes long to list
       await new Promise((done) => setTimeout(done, Math.min(kLongestPoll, Math.max(kPoll, 10 * state.took))));
       if (document.hidden) continue;
       const before = wrong;

@@ -19,7 +19,7 @@ SIDEWALL_EMBED(workbench, SIDEWALL_WORKBENCH_DIR "/workbench.js");
 namespace sidewall::app {
 namespace {
 
-// Its licence, the MIT License, is the one whose text stands above three.js in the page.
+// The notice of CodeMirror, under the MIT License; the page has its text above three.js.
 constexpr std::string_view kEditorLicence =
     "/*! CodeMirror 5, https://codemirror.net, under the MIT License (its text: above three.js): Copyright (C) 2017 by Marijn "
     "Haverbeke and others */";

@@ -3,7 +3,7 @@
 
 namespace sidewall::app {
 
-/// The workbench's page: the scripts and the style of reports, an editor, and its own script.
+/// The HTML of the workbench: scripts and style of reports, an editor, and the scripts of the workbench.
 std::string workbench_html();
 
 }  // namespace sidewall::app

@@ -6,11 +6,10 @@
 namespace sidewall::flux {
 namespace {
 
-// Aggregates are at least so large, and at most so many: a solve then costs far less than a pass over the
-// pairs.
+// Least size and largest number of aggregates: a coarse solve then costs far less than a pass over the pairs.
 constexpr std::size_t kUnknownsOfAggregate = 16, kMostAggregates = 256;
 
-// Weights of a sample's ends by aggregate.
+// Hat function values at a sample's ends, negative at the second, summed by aggregate.
 struct AggregateEnds {
     std::uint32_t aggregate[6];
     double weight[6];
@@ -118,9 +117,9 @@ CoarseGridSolver::CoarseGridSolver(const Aggregates& aggregates, Eigen::MatrixXd
         for (WedgeMatrix::InnerIterator entry(absorption, i); entry; ++entry)
             exchange(aggregates.of[i], aggregates.of[entry.col()]) += entry.value();
     for (Eigen::Index k = 0; k < exchange.rows(); ++k)
-        if (!(exchange(k, k) > 0.0)) exchange(k, k) = 1.0;  // no ray met it
+        if (!(exchange(k, k) > 0.0)) exchange(k, k) = 1.0;  // an aggregate without rays
     factor_.compute(exchange);
-    // Without sticking and exits there is no solution, which the iteration reports.
+    // Without sticking and exits the matrix is singular; conjugate gradients then report it.
     usable_ = aggregates.count > 1 && factor_.info() == Eigen::Success && factor_.rcond() > 1e-13;
 }
 

@@ -9,22 +9,22 @@
 #include "flux/wedges.hpp"
 #include "surface/triangle_mesh.hpp"
 
-// Coarse-grid solver: two-level preconditioning by aggregation. In a deep cavity of low sticking particles
-// diffuse, and an iteration that couples neighbours alone takes as many steps as the cavity is deep; solved
-// for the means of a few hundred aggregates as well, it takes a number that hardly depends on the depth.
+// Coarse-grid correction: a two-level preconditioner by aggregation. In a deep cavity at low sticking
+// particles move by diffusion, and the number of iterations of a local preconditioner grows with the depth.
+// Together with a solve for the means of a few hundred aggregates it hardly depends on the depth.
 namespace sidewall::flux {
 
-/// Aggregates of unknowns near each other, of about equal number.
+/// Aggregates of neighbouring unknowns, of about equal size.
 struct Aggregates {
     std::vector<std::uint32_t> of;  ///< aggregate of every unknown
     std::size_t count = 0;
 };
 
-/// Halves the unknowns by their place along the longest extent, again and again. Deterministic.
+/// Makes aggregates by recursive bisection along the longest extent. Deterministic.
 Aggregates make_aggregates(const TriangleMesh& mesh, const Wedges& unknowns);
 
-/// Adds samples from \p first_pair and \p first_exit on to P' (M - G) P, P the aggregates' indicators, with the
-/// weights that they were gathered with.
+/// Adds the group's samples from \p first_pair and \p first_exit on to P' (M - G) P, where the columns of P
+/// indicate the aggregates. The weights are those of the gather, not balanced.
 void add_exchange(const Aggregates& aggregates, const Wedges& unknowns, const SampleGroup& group,
                   std::size_t first_pair, std::size_t first_exit, Eigen::MatrixXd& matrix);
 
@@ -32,12 +32,12 @@ void add_exchange(const Aggregates& aggregates, const Wedges& unknowns, const Sa
 Eigen::MatrixXd aggregate_sums(const Aggregates& aggregates, const WedgeMatrix& mass,
                                const Eigen::MatrixXd& exchange);
 
-/// The balance of the aggregates, factorised.
+/// Cholesky factorisation of the aggregates' balance P' A P, where A = absorption + M - G.
 class CoarseGridSolver {
   public:
-    /// \param exchange  of add_exchange, scaled.
+    /// \param exchange  P' (M - G) P from add_exchange() or aggregate_sums(), scaled.
     CoarseGridSolver(const Aggregates& aggregates, Eigen::MatrixXd exchange, const WedgeMatrix& absorption);
-    /// Adds P (P' A P)^-1 P' \p r to \p z, for the unknowns whose \p diagonal is above 0.
+    /// Adds P (P' A P)^-1 P' \p r to \p z, for unknowns with a \p diagonal above 0.
     void add_correction(std::span<const double> r, std::span<const double> diagonal,
                         std::span<double> z) const;
 

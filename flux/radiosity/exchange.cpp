@@ -21,9 +21,9 @@
 namespace sidewall::flux {
 namespace {
 
-constexpr std::uint32_t kStream = 0xffff0000u;  // no species has this number
+constexpr std::uint32_t kStream = 0xffff0000u;  // key of the random numbers; no species has this number
 
-// Shares of the kinds among the rays.
+// Shares of cosine rays and connections among the rays; the others start at the source.
 constexpr double kCosineShare = 0.4, kConnectShare = 0.4;
 
 std::vector<Job> jobs_of(const RayCounts& counts, std::size_t exponents, std::uint32_t groups) {
@@ -42,7 +42,7 @@ std::vector<Job> jobs_of(const RayCounts& counts, std::size_t exponents, std::ui
     return jobs;
 }
 
-// Adds a block's samples to its group, as if its rays were one.
+// Adds a block's samples to its group, with weights times the rays a group of this gather.
 void book(Exchange::State& s, const Job& job, BlockSamples& found, double rays) {
     SampleGroup& group = s.groups[job.group];
     const auto scale = static_cast<float>(rays);
@@ -56,7 +56,7 @@ void book(Exchange::State& s, const Job& job, BlockSamples& found, double rays) 
 
 enum Size : std::size_t { kPairCount, kExitCount, kSegmentCount, kRescuedCount, kLeakedCount, kCounts };
 
-// The numbers that each job found.
+// The sizes and counters of each job's samples, in the order of Size.
 std::vector<std::uint64_t> counts_of(std::span<const BlockSamples> found) {
     std::vector<std::uint64_t> sizes;
     sizes.reserve(kCounts * found.size());
@@ -66,12 +66,12 @@ std::vector<std::uint64_t> counts_of(std::span<const BlockSamples> found) {
     return sizes;
 }
 
-// Some jobs at once; the first is number \p first.
+// Exchanges the samples of some consecutive jobs between the ranks. \p first: number of the first job.
 void share_lists(const Shares& shares, std::span<BlockSamples> found, std::size_t first,
                  std::span<const std::uint64_t> sizes) {
     std::vector<std::uint64_t> words;
-    // Goes over the bytes of all lists, one after the other, and moves this rank's own into the words, or
-    // those of the others out of them. Returns how many there are.
+    // Copies this rank's own lists into `words`, or those of the others out of them; only measures while
+    // `words` is empty. Returns the number of bytes of all lists.
     const auto move = [&](bool own) {
         std::size_t at = 0;
         const auto move_list = [&](auto& list, std::size_t count, bool moves) {
@@ -95,13 +95,13 @@ void share_lists(const Shares& shares, std::span<BlockSamples> found, std::size_
     move(false);
 }
 
-// Gives every rank the samples of all: job i is traced by rank i modulo the ranks, and added to zeros of the
-// others.
+// Gives every rank the samples of all ranks. Job i is traced by rank i modulo the number of ranks; the others
+// have zeros there, so that a sum over the ranks yields its samples.
 void share_samples(const Shares& shares, std::span<BlockSamples> found) {
     if (shares.ranks == 1) return;
     std::vector<std::uint64_t> sizes = counts_of(found);
     shares.sum(sizes);
-    constexpr std::size_t kTogether = 512;  // jobs: about 20 MB
+    constexpr std::size_t kTogether = 512;  // jobs a message: about 20 MB
     for (std::size_t first = 0; first < found.size(); first += kTogether) {
         const std::size_t count = std::min(kTogether, found.size() - first);
         share_lists(shares, found.subspan(first, count), first,
@@ -125,7 +125,7 @@ std::vector<BlockSamples> trace_all(const Exchange::State& s, const std::vector<
         [&](const tbb::blocked_range<std::size_t>& range) {
             for (std::size_t i = range.begin(); i < range.end(); ++i) {
                 if (monitor.stop()) return;
-                // Ranks take turns; what a pilot's few rays find is not worth a message.
+                // Ranks take turns, but all trace a pilot's few rays: that is cheaper than a message.
                 if (pilot || i % shares.ranks == shares.rank)
                     found[i] = trace_job(s, key, s.gathers, jobs[i], pilot);
                 monitor.finished(1);
@@ -137,7 +137,7 @@ std::vector<BlockSamples> trace_all(const Exchange::State& s, const std::vector<
     return found;
 }
 
-// Numbers of pairs and exits of the groups.
+// Numbers of pairs and exits in each group.
 using Sizes = std::array<std::pair<std::size_t, std::size_t>, kSampleGroups>;
 
 Sizes sizes_of(const Exchange::State& s) {
@@ -147,7 +147,7 @@ Sizes sizes_of(const Exchange::State& s) {
     return sizes;
 }
 
-// Adds the samples since \p before to the exchange between aggregates, in the groups' order.
+// Adds the samples gathered since \p before to the exchange between aggregates, in the groups' order.
 void add_to_aggregates(Exchange::State& s, const Sizes& before) {
     tbb::parallel_for(std::size_t{0}, s.aggregate_exchange.size(), [&](std::size_t pair) {
         for (const std::size_t g : {2 * pair, 2 * pair + 1})
@@ -156,7 +156,7 @@ void add_to_aggregates(Exchange::State& s, const Sizes& before) {
     });
 }
 
-// Makes what gathers and solves need besides samples.
+// Makes the matrices, aggregates and densities that gathers and solves need besides samples; only once.
 void prepare(Exchange::State& s) {
     if (s.densities) return;
     s.mass = mass_matrix(s.geometry.mesh, s.profile.unknowns);
@@ -168,7 +168,7 @@ void prepare(Exchange::State& s) {
         s.sky = sky_of_rings(s.geometry, s.profile, s.source_exponents, s.options.stop);
 }
 
-// Sets the densities by a pilot: a few rays from the surface and from the source, which are not kept.
+// Adapts the ray densities by a pilot: a few rays from surface and source, whose samples are dropped.
 void trace_pilot(Exchange::State& s, RandomKey key, std::uint64_t rays) {
     const auto few = static_cast<std::uint32_t>(std::clamp<std::size_t>(
         std::min<std::size_t>(4 * s.geometry.mesh.triangles.size(), rays / 4), 1024, 16384));
@@ -194,17 +194,18 @@ void trace_pilot(Exchange::State& s, RandomKey key, std::uint64_t rays) {
     s.densities->set_relays(lit, share);
 }
 
-// The whole exchange of a profile at once.
+// Computes the whole exchange of a profile by view_profile().
 void take_view(Exchange::State& s, RandomKey key) {
-    // It counts as so many rays: what the elements are off by is told by a share of them, which fly, and
-    // leaks by the share of all directions from the surface.
+    // A view counts as kLikeRays rays. Residual rays, which measure the elements' error, are traced for that
+    // number, and leaks are the leaked share of all directions times it.
     constexpr std::uint64_t kLikeRays = 100'000;
     prepare(s);
     s.view = view_profile(s.geometry, s.profile, s.source_exponents, s.options.stop);
     s.aggregate_exchange.front() = aggregate_sums(s.aggregates, s.mass, s.view->exchange);
     s.gathers = 1;
     s.rays = kLikeRays;
-    constexpr double kLeastLeak = 5e-4;  // folds at sharp edges leak less, which changes fluxes by no more
+    // Leaks below this share come from folds at sharp edges and change fluxes by no more than that.
+    constexpr double kLeastLeak = 5e-4;
     if (s.view->leaked > kLeastLeak)
         s.leaked = static_cast<std::uint64_t>(s.view->leaked * static_cast<double>(kLikeRays));
     trace_residual(s.geometry, *s.densities, key, s.gathers, kLikeRays, s.residual);
@@ -227,7 +228,7 @@ void require_few_leaks(const Exchange::State& s) {
 }  // namespace
 
 std::uint64_t exchange_bytes(std::uint64_t rays) {
-    // A gather holds its blocks beside the groups, a solve weights of its own.
+    // Twice the samples: a gather holds its blocks beside the groups, a solve its balanced weights.
     return 2 * sizeof(PairSample) * rays;
 }
 
@@ -272,7 +273,7 @@ void Exchange::gather(std::uint64_t rays) {
             static_cast<double>(s.options.most_bytes) * 1e-9);
     if (s.gathers == 0) {
         prepare(s);
-        trace_pilot(s, key, rays);  // by random numbers of its own
+        trace_pilot(s, key, rays);  // as gather 0, with its own random numbers
     }
     ++s.gathers;
     const std::size_t exponents = s.densities->exponents().size();
@@ -343,7 +344,7 @@ const BalancedSamples& Exchange::State::balanced(std::uint32_t bits) const {
     std::vector<const SampleGroup*> chosen;
     for (std::size_t g = 0; g < groups.size(); ++g)
         if ((bits >> g & 1u) != 0) chosen.push_back(&groups[g]);
-    // Isolated: while it waits for its own tasks, this thread must not take one that comes here, too.
+    // Isolated: while this thread waits for its own tasks, it must not take a task that locks the same mutex.
     const auto make = [&] {
         return balanced_
             .try_emplace(bits, profile.unknowns, std::move(chosen), scale(bits), sky ? &*sky : nullptr)

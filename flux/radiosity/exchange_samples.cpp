@@ -11,9 +11,10 @@
 namespace sidewall::flux {
 namespace {
 
-constexpr std::size_t kPartsOfGroup = 2;
-constexpr int kBalancings = 3;
+constexpr std::size_t kPartsOfGroup = 2;  // parallel tasks a group
+constexpr int kBalancings = 3;            // iterations of Sinkhorn's balancing
 
+// The unknowns and hat function values at one end of a ray.
 struct Ends {
     const std::uint32_t* corner;
     double weight[3];
@@ -27,7 +28,7 @@ struct Ends {
     void add(double amount, double* y) const {
         for (int k = 0; k < 3; ++k) y[corner[k]] += amount * weight[k];
     }
-    // Corners of a profile's triangle may be one unknown.
+    // Adds the diagonal of amount b b'. In a profile, two corners of a triangle may be the same unknown.
     void add_squares(double amount, double* y) const {
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j)
@@ -37,10 +38,10 @@ struct Ends {
 
 }  // namespace
 
-// Neighbours share the smaller of their 1 / (1 - s), less 1, which solves an open plane to within the square
-// of the difference, and less the more they differ: where all sticks, only a wedge's own absorption counts.
-// The share never exceeds their harmonic mean, so that the matrix is not negative; the diagonal keeps the
-// absorption of a constant emission.
+// The entry of two neighbours is that of the mass matrix times m - 1. m is the smaller of their 1/(1-s),
+// times 1 less |ln of their ratio|, at least 0. An open plane is then solved to within the square of the
+// difference; beyond a ratio of e each wedge absorbs separately. m never exceeds their harmonic mean, which
+// keeps the matrix positive semidefinite. The diagonal keeps the absorption of a constant emission.
 WedgeMatrix absorption_matrix(const WedgeMatrix& mass, std::span<const double> area,
                               std::span<const double> ratio) {
     WedgeMatrix absorption = mass;  // NOLINT(performance-unnecessary-copy-initialization): iterators write
@@ -79,7 +80,7 @@ WedgeMatrix mass_matrix(const TriangleMesh& mesh, const Wedges& wedges) {
     return mass;
 }
 
-// Samples of half a group, which one task sums up.
+// Ranges of pairs and exits of a part of a group, which one task sums up.
 struct BalancedSamples::Part {
     std::size_t group = 0, pair = 0, pairs = 0, exit = 0, exits = 0;
 };
@@ -99,8 +100,8 @@ void BalancedSamples::for_exits(const Part& part, const Use& use) const {
         use(n, Ends(wedges_, exits[n].a, exits[n].au, exits[n].av));
 }
 
-// Calls use(part, sums) for every part of every group, each with sums of its own, and adds them, scaled, to
-// \p y in their order: the parts do not depend on the threads.
+// Calls use(part, sums) for every part of every group, each with separate sums, and adds these, scaled, to
+// \p y in the order of the parts, which do not depend on the threads.
 template <class Use>
 void BalancedSamples::sum_parts(std::span<double> y, const Use& use) const {
     const std::size_t parts = kPartsOfGroup * groups_.size();
@@ -121,11 +122,11 @@ void BalancedSamples::sum_parts(std::span<double> y, const Use& use) const {
     });
 }
 
-// Factors of both ends of a sample, found by Sinkhorn's iteration, keep the balance symmetric.
+// Multiplies samples by factors of both ends, which keep the balance symmetric (Sinkhorn's iteration).
 BalancedSamples::BalancedSamples(const Wedges& wedges, std::vector<const SampleGroup*> groups, double scale,
                                  const RingSky* sky)
     : wedges_(wedges), groups_(std::move(groups)), scale_(scale), diagonal_(wedges.count(), 0.0) {
-    std::vector<double> within = wedges.area;  // what is balanced
+    std::vector<double> within = wedges.area;  // what the balanced samples of each wedge must sum to
     if (sky != nullptr) {
         direct_ = sky->direct;
         for (std::size_t i = 0; i < within.size(); ++i) within[i] -= sky->leaving[i];
@@ -137,7 +138,7 @@ BalancedSamples::BalancedSamples(const Wedges& wedges, std::vector<const SampleG
                                &ExitSample::weight);
     }
     std::vector<double> sum(wedges_.count()), factor;
-    // Multiplies the weights by the factors so far.
+    // Multiplies a weight by the factors of the last pass and returns it.
     const auto weigh = [&](std::size_t group, std::size_t n, const Ends& a, const Ends& b) {
         float& weight = weights_[group][n];
         if (!factor.empty()) weight *= static_cast<float>(a.value(factor.data()) * b.value(factor.data()));
@@ -170,7 +171,7 @@ BalancedSamples::BalancedSamples(const Wedges& wedges, std::vector<const SampleG
             const double w = weigh(part.group, n, a, b);
             a.add_squares(w, y);
             b.add_squares(w, y);
-            // A corner that both ends share.
+            // Unknowns that both ends share.
             for (int i = 0; i < 3; ++i)
                 for (int j = 0; j < 3; ++j)
                     if (a.corner[i] == b.corner[j]) y[a.corner[i]] -= 2.0 * w * a.weight[i] * b.weight[j];
@@ -185,7 +186,8 @@ BalancedSamples::BalancedSamples(const Wedges& wedges, const ProfileView& view, 
     : wedges_(wedges), scale_(1.0), diagonal_(wedges.count(), 0.0), viewed_{{view.exchange, mass}} {
     Eigen::VectorXd sky = Eigen::Map<const Eigen::VectorXd>(view.sky.data(), std::ssize(view.sky));
     Eigen::VectorXd factors = Eigen::VectorXd::Ones(sky.size()), factor = factors;
-    constexpr int kBalancingsOfView = 20;  // cheap, and enough for elements far longer than what they face
+    // Cheap, and enough for elements far longer than their distance to what they face.
+    constexpr int kBalancingsOfView = 20;
     for (int pass = 0; pass < kBalancingsOfView; ++pass) {
         const Eigen::VectorXd sum = factors.cwiseProduct(view.exchange * factors + sky);
         for (Eigen::Index i = 0; i < sum.size(); ++i)

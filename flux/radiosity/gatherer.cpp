@@ -1,11 +1,11 @@
-// A ray of an exchange:
+// The life of a ray of an exchange, and the function of each stage:
 //
-//     start    a point of the surface, the triangles in turn along a curve       draw
-//     aim      by Lambert's law, or at a point of the surface or source plane    draw
-//              or start at the source, as the tracer's do                        emit
-//     fly      to the first hit                                                  fly_block
-//     join     the two ends, weighted by how densely all kinds of rays sample    join
-//              such a pair
+//     start    at a point of the surface, stratified along a space-filling curve   draw_rays
+//     aim      by Lambert's law, or at a point of the surface or source plane      draw_rays
+//              (source rays instead start at the source, as the tracer's do)       emit
+//     fly      to the first hit                                                    fly_block
+//     join     the two ends, with a weight of one over the sum of the densities    join
+//              with which all kinds of rays sample such a pair
 #include "flux/radiosity/gatherer.hpp"
 
 #include <algorithm>
@@ -17,9 +17,9 @@
 namespace sidewall::flux {
 namespace {
 
-constexpr std::uint32_t kScrambles = 0xffffffffu;  // a number that no ray has
+constexpr std::uint32_t kScrambles = 0xffffffffu;  // bounce of the scrambling words: no ray has it
 
-// The straightened end of a path through all sides it crossed, its length and the image it lies in.
+// A path unfolded across the sides that it crossed: its length, its end, and the image in which that lies.
 struct Path {
     double length = 0.0;
     int image = kNoImage;
@@ -30,7 +30,7 @@ Path straightened(const RayDensities& densities, const Vec3& start, const Vec3& 
                   double skin) {
     const Vec3 way = hit - start;
     const double length = way.norm();
-    if (densities.round()) {  // what hits was turned into the plane y = 0
+    if (densities.round()) {  // the hit has been turned into the plane y = 0
         if (!(std::abs(direction.z()) >= kLevel)) return {length, kNoImage, hit};
         const double travelled = way.z() / direction.z();
         const Vec3 end = start + travelled * direction;
@@ -44,8 +44,8 @@ Path straightened(const RayDensities& densities, const Vec3& start, const Vec3& 
     return {travelled, densities.image_of(end), end};
 }
 
-// Barycentric weights of the facet's second and third corners at a point near it.
-// \param round  the facet is the first triangle of a segment, and the point lies in the plane y = 0.
+// Barycentric weights of the facet's second and third corners at a point near the facet.
+// \param round  whether the facet is the first triangle of a segment and the point lies in the plane y = 0.
 void barycentric(const Facet& facet, const Vec3& point, bool round, float& u, float& v) {
     if (round) {
         const Vec3 along(facet.edge1.x(), 0.0, facet.edge1.z()),
@@ -65,12 +65,12 @@ void barycentric(const Facet& facet, const Vec3& point, bool round, float& u, fl
 
 struct Block {
     Rays rays;
-    FlightStarts begun;            // of the rays
-    Column<std::uint32_t> target;  // of a connection
+    FlightStarts begun;            // the rays at their start
+    Column<std::uint32_t> target;  // triangle that a connection aims at
     Column<int> image;
 };
 
-// A ray that has flown. Connections have a target: a triangle or, with kNoTriangle, the source plane.
+// A ray after its flight. If `aimed`, it has a target: a triangle or (kNoTriangle) the source plane.
 struct ConnectingRay {
     Vec3 start, direction, arriving, hit;
     std::uint32_t from, triangle, target;
@@ -79,13 +79,13 @@ struct ConnectingRay {
     int image;
 };
 
-// The number of the job's stream of random numbers.
+// Number of the job's stream of random numbers, a key.
 std::uint32_t number_of(const Job& job, std::uint32_t gather) {
     return (gather * static_cast<std::uint32_t>(kSampleGroups) + job.group) * 64 +
            static_cast<std::uint32_t>(job.kind) * 16 + job.exponent;
 }
 
-// Rays from the surface; rows that cannot get anywhere are left out.
+// Draws rays from the surface, without connections of which an end faces away from the other.
 void draw_rays(const Exchange::State& s, RandomKey key, std::uint32_t number, const Job& job, Block& block) {
     const RayDensities& densities = *s.densities;
     const LateralBox& box = s.geometry.box;
@@ -126,7 +126,8 @@ void draw_rays(const Exchange::State& s, RandomKey key, std::uint32_t number, co
     }
 }
 
-// A ray that left: through the source plane, or past a side or the rim.
+// Adds the exit of a ray through the source plane, a side or the rim; of an aimed ray only if it reaches the
+// source plane in the image at which it aimed.
 void join_exit(const Exchange::State& s, const ConnectingRay& ray, BlockSamples& found) {
     if (ray.aimed && ray.target != surface::kNoTriangle) return;
     const RayDensities& densities = *s.densities;
@@ -150,7 +151,7 @@ void join_exit(const Exchange::State& s, const ConnectingRay& ray, BlockSamples&
     found.exits.push_back(exit);
 }
 
-// A ray from the source that hit: the surface's point sees the source there.
+// Adds the exit of a ray from the source that hit the surface: the point that was hit sees the source.
 void join_source(const Exchange::State& s, const ConnectingRay& ray, bool pilot, BlockSamples& found) {
     const RayDensities& densities = *s.densities;
     if (pilot) {
@@ -160,7 +161,7 @@ void join_source(const Exchange::State& s, const ConnectingRay& ray, bool pilot,
     const Path path = straightened(densities, ray.start, ray.direction, ray.hit, s.geometry.skin);
     const double cosine = -ray.direction.z();
     const double arrival = -ray.arriving.dot(densities.facets()[ray.triangle].normal);
-    // Seen from the hit the plane lies in the image the other way, which has the same share.
+    // Seen from the hit, the start lies in the opposite image, which has the same share (set_images).
     const double weight =
         densities.exit_weight(ray.triangle, ray.start, cosine >= kLevel ? path.image : kNoImage,
                               densities.form(path.length, cosine * arrival), cosine);
@@ -168,7 +169,7 @@ void join_source(const Exchange::State& s, const ConnectingRay& ray, bool pilot,
         {ray.triangle, ray.u, ray.v, static_cast<float>(weight), static_cast<float>(cosine)});
 }
 
-// A ray from one point of the surface to another.
+// Adds the pair of a ray between two points of the surface; of an aimed one only if it hit its target.
 void join_pair(const Exchange::State& s, const ConnectingRay& ray, bool pilot, BlockSamples& found) {
     const RayDensities& densities = *s.densities;
     if (ray.aimed && !densities.are_one(ray.triangle, ray.target)) return;

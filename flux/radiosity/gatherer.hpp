@@ -8,11 +8,11 @@
 
 namespace sidewall::flux {
 
-/// Some consecutive rays of one kind in one group.
+/// A block of consecutive rays of one kind in one group.
 struct Job {
     std::uint32_t group = 0;
     RayKind kind = RayKind::cosine;
-    std::uint32_t exponent = 0;  ///< of a source ray
+    std::uint32_t exponent = 0;  ///< index of the source exponent, for source rays
     std::uint32_t first = 0, count = 0;
 };
 
@@ -22,14 +22,15 @@ struct BlockSamples {
     std::vector<ExitSample> exits;
     FlightCounts flights;
     std::uint64_t leaked = 0;
-    // Filled in by a pilot alone:
-    std::vector<double> images;                ///< pairs by image
-    std::vector<std::uint32_t> started;        ///< triangles that cosine rays left
-    std::vector<std::uint32_t> lit, openings;  ///< triangle and cell of the plane of source rays that hit
+    // Filled in by a pilot only:
+    std::vector<double> images;                ///< number of pairs by image
+    std::vector<std::uint32_t> started;        ///< start triangle of each cosine ray
+    std::vector<std::uint32_t> lit, openings;  ///< triangle and source plane cell of source rays that hit
 };
 
 /// Traces the rays of a job. Thread-safe; the samples depend on the job alone.
-/// \param gather  numbers the gathers of an exchange: each draws other random numbers.
+/// \param gather  number of the gather, a key of the random numbers.
+/// \param pilot   whether to fill in the members for a pilot.
 /// \pre job.count <= kBlock.
 BlockSamples trace_job(const Exchange::State& state, RandomKey key, std::uint32_t gather, const Job& job,
                        bool pilot);

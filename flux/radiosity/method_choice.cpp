@@ -1,5 +1,4 @@
-// The choice between paths and radiosity, and radiosity to an error. Costs are fitted to the programs of
-// tests/bench/.
+// The choice between Monte Carlo and radiosity, and radiosity to an error. Costs are fitted to tests/bench/.
 #include "flux/radiosity/method_choice.hpp"
 
 #include <algorithm>
@@ -14,26 +13,28 @@
 namespace sidewall::flux {
 namespace {
 
-// CPU time of a gathered ray and its share of the solves, in segments of the tracer's: 0.6 to 1 against 0.09
-// to 0.2 microseconds, and more in a program that solves once and touches all its memory for the first time.
-// And rays of an exchange's pilot.
+// CPU time of a gathered ray and its share of the solves, in segments of the tracer: 0.6 to 1 against 0.09 to
+// 0.2 microseconds. It is longer (kRayCostOnce) in a program that solves once and touches its memory for the
+// first time. kPilotRays: rays of an exchange's pilot.
 constexpr double kRayCost = 6.0, kRayCostOnce = 8.0, kPilotRays = 4096.0;
-// Past a surface of revolution the tracer has no packets: 0.25 microseconds a segment.
-// And what a ring sees of the sky takes 25 microseconds.
+// For surfaces of revolution, which the tracer traces without packets, at 0.25 microseconds a segment: the
+// cost of a gathered ray, and of the sky seen by a ring, 25 microseconds an unknown.
 constexpr double kRayCostRound = 2.0, kSkyCostRound = 100.0;
-constexpr double kMargin = 1.1;  // rays more than errors ask for, which scatter
-// Error from three halvings of the rays to that from one: the means of the roots of three squares and of one.
+constexpr double kMargin = 1.1;  // factor on the rays needed, because estimated errors scatter
+// Expected error from three halvings of the rays over that from one: a root mean square of three normal
+// deviates against the modulus of one, sqrt(4 / 3).
 constexpr double kOneHalving = 1.155;
-constexpr double kSeldomLess = 1.5;  // times the first rays that a target takes; they are lost if paths win
-constexpr double kCloser = 200.0;    // the solver's tolerance than the error asked for
+// Least cost assumed for radiosity, in costs of its first rays, which are lost if Monte Carlo wins.
+constexpr double kSeldomLess = 1.5;
+constexpr double kCloser = 200.0;  // relative error asked for over the solver's tolerance
 
-// The solver's tolerance to a relative error of \p target.
+// The solver's tolerance for a relative error of \p target.
 double tolerance_to(double target, const SolveOptions& options) {
     return std::clamp(target / kCloser, options.tolerance, std::max(1e-3, options.tolerance));
 }
 
-// The part of \p target that the rays' error may take beside the elements'; all of it where those leave
-// hardly any.
+// The statistical error allowed so that together with the elements' error it meets \p target; all of
+// \p target if the elements' error comes near to it.
 double target_of_rays(double target, const RadiosityFlux& flux, const SolveOptions& options) {
     const double elements = flux.discretisation_error;
     return options.of_rays || elements >= kElementsAlone * target
@@ -45,9 +46,9 @@ double rays_of_unknown(const Exchange& exchange) {
     return static_cast<double>(exchange.rays()) / static_cast<double>(exchange.unknowns());
 }
 
-// Rays an unknown that it takes to a statistical error of \p target, from what those so far leave. The square
-// of the error falls faster than 1 / n, n in units of the first rays: to (1 - kFew) / n + kFew / n^2. In a
-// trench and in a deep hole, at stickings of 0.01 and 0.1, it is 0.7 to 1.4 times that up to n = 100.
+// Rays an unknown for a statistical error of \p target, extrapolated from \p error at \p rays. The square of
+// the error falls as (1 - kFew) / n + kFew / n^2, faster than 1 / n, with n in units of the first rays. In a
+// trench and in a deep hole, at stickings of 0.01 and 0.1, it was 0.7 to 1.4 times that up to n = 100.
 double rays_needed(double target, double error, double rays) {
     constexpr double kFew = 0.6, kMany = 1.0 - kFew;
     const double n = rays / kFirstRays, few = kFew / (kMany * n + kFew);
@@ -58,20 +59,20 @@ double rays_needed(double target, double error, double rays) {
 
 using Values = std::vector<double>;
 
-// Importance of rays by adjoint solutions. With A e = b the balance, a ray of weight w between a and b that
-// is off by a part d of itself changes a mean z e of the emission by
+// Importance of rays by adjoint solutions. Let A e = q be the balance of the emission e. If the weight w of a
+// ray between a and b changes by the factor 1 + d, a functional z e of the emission changes by
 //
-//     d w (psi_a - psi_b) (e_b - e_a),      A psi = z
+//     d w (psi_a - psi_b) (e_b - e_a),      A psi = z,
 //
-// and a ray to the source by d w psi_a (source - e_a). For the relative error of every unknown at once, z is
-// a random sign over the emission there: the mean of the squares over a few such z is what the rays from a
-// place contribute to the variance, and rays in proportion to its square root are best spent.
-constexpr std::size_t kSigns = 6;    // random z; the square root of a sixth off
-constexpr double kTolerance = 1e-2;  // of the responses
-constexpr double kFaintest = 1e-6;   // of the brightest emission: what is below need not be as exact
-constexpr std::uint32_t kSignStream = 0xfffeffffu;  // no species and no gather has this number
+// and for a ray to the source by d w psi_a (source - e_a). To cover the relative errors of all unknowns at
+// once, z holds random signs divided by the emission. The mean of the squares over a few such z is the
+// contribution of a ray to the variance, which is least if rays start in proportion to its root.
+constexpr std::size_t kSigns = 6;    // number of random z: the mean scatters by the root of a sixth
+constexpr double kTolerance = 1e-2;  // tolerance of the adjoint solutions
+constexpr double kFaintest = 1e-6;   // share of the brightest emission below which less accuracy is needed
+constexpr std::uint32_t kSignStream = 0xfffeffffu;  // key of the signs: no species and no gather has it
 
-// The rows z.
+// The functionals z: random signs divided by the emission.
 std::vector<Values> signs_over(const Exchange::State& s, const Values& emitted) {
     double brightest = 0.0;
     for (const double e : emitted) brightest = std::max(brightest, e);
@@ -90,7 +91,7 @@ double value_at(const Wedges& w, const Values& x, std::uint32_t triangle, float 
     return interpolate(w, x, triangle, static_cast<double>(u), static_cast<double>(v));
 }
 
-// Adds what each triangle's rays contribute to the variance of \p species, as a share of all.
+// Adds the contributions of each triangle's rays to the variance of \p species, as shares of their sum.
 void add_variance(const Exchange::State& s, const DiffuseSpecies& species, const RadiosityFlux& flux,
                   const SolveOptions& options, Values& variance) {
     const Solver solver(s, species, options);
@@ -131,8 +132,7 @@ void add_variance(const Exchange::State& s, const DiffuseSpecies& species, const
     for (std::size_t t = 0; t < own.size(); ++t) variance[t] += own[t] / sum;
 }
 
-// Further gathers place their residual rays, which measure the elements' error, where slopes of \p fluxes
-// change.
+// Makes further gathers measure the elements' error (residual rays) where slopes of \p fluxes change.
 void place_residual_rays(Exchange& exchange, std::span<const RadiosityFlux> fluxes) {
     const Exchange::State& s = exchange.state();
     const TriangleMesh& mesh = s.geometry.mesh;
@@ -146,8 +146,8 @@ void place_residual_rays(Exchange& exchange, std::span<const RadiosityFlux> flux
     exchange.set_residual_error(shares);
 }
 
-// Importance sampling: further gathers of \p exchange start their rays where they lower the relative errors
-// of all \p fluxes most, by adjoint solutions on the rays so far. Traces no ray.
+// Importance sampling: lets further gathers start rays where they lower the relative errors of all \p fluxes
+// most, by adjoint solutions on the rays so far. Traces no ray.
 void set_importance(Exchange& exchange, std::span<const DiffuseSpecies> species,
                     std::span<const RadiosityFlux> fluxes, const SolveOptions& options) {
     const Exchange::State& s = exchange.state();
@@ -191,7 +191,7 @@ void gather_for(std::span<const DiffuseSpecies> species, Exchange& exchange, std
     if (left() == 0) return;
     if (rays < kFirstPart * exchange.fewest_rays() || left() > exchange.rays_left() ||
         exchange.has_importance())
-        return exchange.gather(left());  // too few for an importance, or refused
+        return exchange.gather(left());  // too few rays, importance set before, or more than memory holds
     if (exchange.rays() < rays / kFirstPart) exchange.gather(rays / kFirstPart - exchange.rays());
     SolveOptions rough = options;
     rough.errors = rough.unbiased = false;
@@ -200,7 +200,7 @@ void gather_for(std::span<const DiffuseSpecies> species, Exchange& exchange, std
         std::vector<RadiosityFlux> fluxes;
         for (const DiffuseSpecies& one : species) fluxes.push_back(solve_flux(exchange, one, rough));
         set_importance(exchange, species, fluxes, options);
-    } catch (const NumericsError&) {  // so few rays may leave a pocket without a way out: even starts will do
+    } catch (const NumericsError&) {  // a pocket that no ray has left yet: keep starting evenly
     }
     exchange.gather(std::min(left(), exchange.rays_left()));
 }
@@ -214,11 +214,11 @@ std::vector<RadiosityFlux> solve_fluxes_to(std::span<const double> targets, Exch
         if (!(target > 0.0)) throw RecipeError("relative_error = {}: must be above 0", target);
     if (exchange.rays() == 0)
         exchange.gather(std::min({most_rays, exchange.rays_left(), exchange.fewest_rays()}));
-    SolveOptions close = options;  // to the errors asked for
+    SolveOptions close = options;
     close.tolerance = tolerance_to(*std::ranges::min_element(targets), options);
     while (true) {
         std::vector<RadiosityFlux> fluxes;
-        double worst = 0.0;  // error over its target
+        double worst = 0.0;  // largest ratio of a statistical error to its target
         for (std::size_t k = 0; k < species.size(); ++k) {
             fluxes.push_back(solve_flux(exchange, species[k], close));
             worst = std::max(
@@ -257,10 +257,10 @@ MethodChoice choose_method(Exchange& exchange, const Species& species,
     pilot.progress = nullptr;
     const FluxResult result =
         trace_flux(s.geometry.mesh, s.geometry.scene, s.geometry.box, species, materials, wedges, pilot);
-    // Errors and segments are the same on every machine, and so is the choice.
+    // Costs follow from errors and segments, which are the same on every machine, and so is the choice.
     const double growth = static_cast<double>(options.rays) / static_cast<double>(result.emitted);
     choice.target = options.relative_error.value_or(result.relative_error / std::sqrt(growth));
-    // A trace to an error begins with so many rays.
+    // Rays of the first round of a trace to a relative error.
     const std::uint64_t least = options.relative_error
                                     ? std::min(options.rays, first_round(s.geometry.mesh.triangles.size(),
                                                                          s.geometry.revolution != nullptr))
@@ -294,11 +294,11 @@ MethodChoice choose_method(Exchange& exchange, const Species& species,
             RadiosityFlux first = solve_flux(exchange, diffuse, close);
             choice.guess = std::move(first.wedge.flux);
             const double rays = rays_of_unknown(exchange);
-            // All of the target: what few rays show of the elements' error is mostly noise.
+            // For the whole target: the elements' error is mostly noise with so few rays.
             choice.rays = rays_needed(choice.target, kOneHalving * first.statistical_error, rays);
             choice.spent = cost(rays);
             choice.radiosity_cost = cost(choice.rays);
-        } catch (const NumericsError&) {  // e.g. a pocket that so few rays do not leave
+        } catch (const NumericsError&) {  // e.g. a pocket that no ray has left
             choice.radiosity_cost = choice.monte_carlo_cost;
         }
     choice.radiosity = choice.radiosity_cost - choice.spent < choice.monte_carlo_cost;

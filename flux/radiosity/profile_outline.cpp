@@ -6,7 +6,7 @@
 namespace sidewall::flux {
 namespace {
 
-// The segments in the order in which one ends where the next begins, so that views find what adjoins at once.
+// Orders segments so that each begins where the one before it ends: views merge such runs at once.
 std::vector<Segment> along_lines(const std::vector<Segment>& segments, std::size_t points) {
     constexpr std::uint32_t kNone = 0xffffffffu;
     std::vector<std::uint32_t> beginning(points, kNone);
@@ -40,7 +40,7 @@ Outline outline_of(const TriangleMesh& mesh, const ProfileUnknowns& profile) {
             if (is_new) outline.points.push_back({v.x(), v.z()});
             return at->second;
         };
-        // The corner that the edge along y does not have.
+        // The corner that is not on the triangle's edge along y.
         const std::uint32_t alone = place(0) == place(1) ? 2 : place(1) == place(2) ? 0 : 1;
         const double area = triangle_area(mesh, t) + triangle_area(mesh, profile.partner[t]);
         if (!(area > 0.0)) continue;

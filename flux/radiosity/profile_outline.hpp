@@ -8,7 +8,7 @@
 
 namespace sidewall::flux {
 
-/// A point or a direction of the plane of x and z.
+/// A point or a direction in the plane of x and z.
 struct Vec2 {
     double x, z;
 };
@@ -19,16 +19,16 @@ inline double cross(Vec2 a, Vec2 b) {
     return a.x * b.z - a.z * b.x;
 }
 
-/// A facet as a segment of the plane, its normal to the left of the way from its first to its second end.
+/// A facet as a segment in the plane; its normal is to the left of the direction from first to second end.
 struct Segment {
-    std::array<std::uint32_t, 2> end;      ///< of the outline's points
-    std::array<std::uint32_t, 2> unknown;  ///< of the exchange, at the ends
+    std::array<std::uint32_t, 2> end;      ///< the ends, as indices of points
+    std::array<std::uint32_t, 2> unknown;  ///< unknowns of the exchange at the ends
     Vec2 normal;
     double area;
-    std::uint32_t triangle;  ///< the facet's first
+    std::uint32_t triangle;  ///< first triangle of the facet
 };
 
-/// A profile as points and segments between them, in the order in which one ends where the next begins.
+/// A profile as points and segments, ordered so that each begins where the one before it ends.
 struct Outline {
     std::vector<Vec2> points;
     std::vector<Segment> segments;
@@ -38,7 +38,7 @@ struct Outline {
     }
 };
 
-/// The outline of a mesh that is a profile: of its facets with an area.
+/// The outline of a mesh that is a profile. Facets without area are left out.
 /// \note O(n log n).
 Outline outline_of(const TriangleMesh& mesh, const ProfileUnknowns& profile);
 

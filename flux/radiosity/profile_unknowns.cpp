@@ -9,9 +9,8 @@
 namespace sidewall::flux {
 namespace {
 
-//     A1 ----- B1     y = max       A0 and A1 are one point of the plane, so are B0 and B1; each triangle has
-//     one
-//      | \     |                    of the edges along y, and the two share the diagonal
+//     A1 ----- B1     y = max     One facet: A0 and A1 are one point of the profile, and so are B0 and B1.
+//      | \     |                  Each triangle has one of the edges along y. The two share the diagonal.
 //      |   \   |
 //     A0 ----- B0     y = min
 
@@ -20,7 +19,7 @@ bool along_y(const TriangleMesh& mesh, std::uint32_t a, std::uint32_t b) {
     return p.x() == q.x() && p.z() == q.z() && p.y() != q.y();
 }
 
-// The triangles beyond the diagonals, or nothing if one lacks its partner.
+// The partner of each triangle, across its diagonal; nothing if a triangle has none.
 std::optional<std::vector<std::uint32_t>> partners(const TriangleMesh& mesh) {
     constexpr std::uint32_t kAlone = 0xffffffffu;
     std::vector<std::uint32_t> partner(mesh.triangles.size(), kAlone);
@@ -37,7 +36,7 @@ std::optional<std::vector<std::uint32_t>> partners(const TriangleMesh& mesh) {
     return partner;
 }
 
-// By wedge, the lowest of those that are one point of the plane; nothing if a triangle has no edge along y.
+// By wedge, the lowest one at the same point of the profile; nothing if a triangle has no edge along y.
 std::optional<std::vector<std::uint32_t>> lowest_twins(const TriangleMesh& mesh, const Wedges& wedges) {
     surface::DisjointSets sets(wedges.count());
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -54,7 +53,7 @@ std::optional<std::vector<std::uint32_t>> lowest_twins(const TriangleMesh& mesh,
     return lowest;
 }
 
-// Whether partners have the same corners: those of different materials have not.
+// Whether partners have the same unknowns at their corners; partners of different materials have not.
 bool agree(const Wedges& wedges, const std::vector<std::uint32_t>& lowest,
            const std::vector<std::uint32_t>& partner) {
     for (std::size_t c = 0; c < wedges.corner.size(); ++c) {
@@ -82,7 +81,7 @@ ProfileUnknowns make_profile_unknowns(const Geometry& geometry, const Wedges& we
             profile.partner = std::move(*partner);
         }
     }
-    if (geometry.revolution) {  // rings are one wedge already; those of the twins stand for them
+    if (geometry.revolution) {  // rings are joined already: odd twins take the unknowns of the even ones
         std::uint32_t count = 0;
         for (std::uint32_t v = 0; v + 1 < wedges.first.size(); ++v)
             for (std::uint32_t w = wedges.first[v]; w < wedges.first[v + 1]; ++w)

@@ -15,36 +15,35 @@
 namespace sidewall::flux {
 namespace {
 
-// Above so many facets samples of rays are sooner as exact as anyone asks for.
+// With more facets, samples of rays reach the usual errors sooner.
 constexpr std::size_t kMostFacets = 2000;
-constexpr double kNarrowestSource = 300.0;  // exponent: shadows of narrower ones are sharper than facets
-constexpr double kShort = 0.5;              // segments shorter than this part of the mean have one point
-constexpr double kNarrowest = 1e-12;        // parts, by their sines, that are left out
-constexpr int kMostImages = 8;              // of the profile, either way
-constexpr double kWide = 0.05;  // over a part so wide the place is averaged, else taken at its middle
+constexpr double kNarrowestSource = 300.0;  // exponent: shadows of narrower sources are sharper than facets
+constexpr double kShort = 0.5;              // segments of less than this share of the mean area get one point
+constexpr double kNarrowest = 1e-12;        // least width of an interval, as a difference of sines
+constexpr int kMostImages = 8;              // images of the profile to each side
+constexpr double kWide = 0.05;  // width, in sines, above which the place is averaged, not taken at the middle
 
-// A segment as a point sees it: across the normal (x) and along it (z), and the sines between which it is.
+// A segment seen from a point. Coordinates are across the normal (x) and along it (z) from the point;
+// directions are given by the sine of the angle to the normal.
 struct Seen {
     Vec2 begin, end;
     double from, to;
     std::uint32_t segment;
-    bool is_back;  // turned away from the point: seen first, it is a hole or an overlap
+    bool is_back;  // turned away from the point: if it is seen first, there is a hole or an overlap
 
-    // Whether it is nearer than another one in the direction of sine \p s and cosine \p c, both of which it
-    // crosses.
+    // Whether it is nearer than another one in the direction of sine \p s and cosine \p c that crosses both.
     bool is_before(const Seen& other, double s, double c) const {
         const Vec2 way = end - begin, others = other.end - other.begin;
         return std::abs(cross(begin, way) * cross({s, c}, others)) <
                std::abs(cross(other.begin, others) * cross({s, c}, way));
     }
-    // The place along it in the direction of sine \p s, 0 at its beginning and 1 at its end.
+    // Place on the segment in the direction of sine \p s: 0 at its beginning, 1 at its end.
     double place(double s) const {
         const Vec2 towards{s, std::sqrt(std::max(0.0, 1.0 - s * s))};
         return std::clamp(cross(towards, begin) / cross(end - begin, towards), 0.0, 1.0);
     }
-    // The mean place between two sines. With the foot of the perpendicular from the point, of length h,
-    // places x = h tan(phi) along the segment are integrated over the sine, whose differential is a
-    // combination of cos(phi) and sin(phi) times that of phi.
+    // Mean place between two sines: x = h tan(phi), measured from the foot of the perpendicular of length h,
+    // is integrated over the sine, whose differential is a combination of cos(phi) dphi and sin(phi) dphi.
     double mean_place(double from_sine, double to_sine) const {
         const Vec2 way = end - begin;
         const double length = std::hypot(way.x, way.z), rise = way.z / length;
@@ -62,13 +61,13 @@ struct Seen {
 
 constexpr std::uint32_t kSky = 0xffffffffu;
 
-// A part of the directions, by their sines, in which the same is seen first; it ends where the next begins.
+// An interval of sines in which the same segment is seen; it ends where the next begins.
 struct Part {
     double from;
     std::uint32_t seen;  // or kSky
 };
 
-// What a point sees.
+// Everything that a point sees: intervals of directions with the nearest segment in each.
 class View {
   public:
     View(const Geometry& geometry, const Outline& outline)
@@ -87,21 +86,21 @@ class View {
         seen_.clear();
         parts_ = {{-1.0, kSky}, {1.0, kSky}};
         see(0, own);
-        // Whatever passes one image of a surface from side to side is above all of them. Between bodies that
-        // float and what is under them, sight goes on.
+        // More images are needed only while a free direction has not risen above the profile, e.g. below a
+        // floating body: a ray that passes a whole image of a continuous surface is above all images.
         for (images_ = 0; images_ < kMostImages && any_sky_within(); ++images_) {
             see(-images_ - 1, own);
             see(images_ + 1, own);
         }
     }
-    // What the direction of sine \p s comes to where nothing is seen in it.
+    // What lies at sine \p s if no segment is seen there: sky, a hole, or images not yet added.
     enum class Open { sky, hole, farther };
     Open open(double s) const {
         const Vec2 way = direction(s);
         if (way.z < 0.0 && is_below(way, lowest_ - least_)) return Open::hole;
         return way.z < 0.0 || is_below(way, highest_) ? Open::farther : Open::sky;
     }
-    // Calls use(from, to, what is seen or nullptr for the sky) for the parts from left to right.
+    // Calls use(from, to, segment seen or nullptr) for the intervals from left to right.
     template <class Use>
     void each_part(const Use& use) const {
         for (std::size_t k = 0; k + 1 < parts_.size(); ++k)
@@ -109,14 +108,14 @@ class View {
                 use(parts_[k].from, parts_[k + 1].from,
                     parts_[k].seen == kSky ? nullptr : &seen_[parts_[k].seen]);
     }
-    // The direction of sine \p s to the normal.
+    // The direction (x, z) whose angle to the normal has the sine \p s.
     Vec2 direction(double s) const {
         const double c = std::sqrt(std::max(0.0, 1.0 - s * s));
         return {s * normal_.z + c * normal_.x, c * normal_.z - s * normal_.x};
     }
 
   private:
-    // Adds the segments of an image that face the point and lie before it.
+    // Adds the segments of an image that lie in front of the point, those turned away from it included.
     void see(int image, std::uint32_t own) {
         const bool mirrored = image % 2 != 0 && box_.boundary[0] == Boundary::reflective;
         const double width = box_.max[0] - box_.min[0], flip = mirrored ? -1.0 : 1.0;
@@ -128,8 +127,8 @@ class View {
             local_[i] = {across, along};
             sine_[i] = across / std::sqrt(across * across + along * along);
         }
-        // From left to right: those that face the point against their order, or with it in a mirror, and
-        // those turned away the other way round.
+        // Runs from left to right: segments that face the point appear in reverse order, in mirror images in
+        // order; segments turned away the other way round.
         const auto count = static_cast<std::uint32_t>(outline_.segments.size());
         for (const bool back : {false, true}) {
             const bool forward = mirrored != back;
@@ -147,8 +146,7 @@ class View {
         }
     }
 
-    // Lets the segments from \p first on, each of which begins where the one before it ends, hide what is
-    // behind them.
+    // Merges a run of adjoining segments, those from \p first on, into the intervals: the nearest is seen.
     void merge(std::size_t first) {
         if (first == seen_.size()) return;
         const double from = seen_[first].from, to = seen_.back().to;
@@ -178,8 +176,7 @@ class View {
         return seen_[one].is_before(seen_[other], s, std::sqrt(1.0 - s * s));
     }
 
-    // Of the direction to a point, or to where the segment from it to \p other rises above the view's own
-    // facet.
+    // Sine of the direction to \p at, or to where the segment from it to \p other rises above the own facet.
     double sine(std::uint32_t at, std::uint32_t other) const {
         const Vec2 end = local_[at];
         if (end.z > least_) return sine_[at];
@@ -188,7 +185,7 @@ class View {
         return x / std::hypot(x, least_);
     }
 
-    // Whether a way has not risen to a height, or has sunk below it, at the end of the images seen.
+    // Whether a ray in direction \p way is below \p height where it leaves the outermost image seen.
     bool is_below(Vec2 way, double height) const {
         const double to_side = way.x > 0.0 ? box_.max[0] - point_.x : point_.x - box_.min[0];
         const double across = to_side + images_ * (box_.max[0] - box_.min[0]);
@@ -205,7 +202,7 @@ class View {
     const LateralBox& box_;
     const Outline& outline_;
     double highest_ = -1e300, lowest_ = 1e300, least_;
-    int images_ = 0;  // either way
+    int images_ = 0;  // images seen to each side
     Vec2 point_{}, normal_{};
     std::vector<Vec2> local_;  // the outline's points
     std::vector<double> sine_;
@@ -231,16 +228,16 @@ std::vector<double> angles_of(std::span<const double> exponents) {
 
 namespace {
 
-// A point of a segment, the area that it stands for, and shares of what it emits by Lambert's law.
+// A quadrature point of a segment, its area, and shares of its diffuse emission.
 struct Point {
     std::uint32_t segment;
     double along, area;
     double sky = 0.0, leaked = 0.0;
-    std::vector<double> direct;  // of each source
+    std::vector<double> direct;  // direct flux of each source
     std::uint64_t parts = 0;
 };
 
-// The distance from the middle of a segment to what lies straight ahead.
+// Distance from the middle of a segment to the nearest segment along its normal.
 double ahead(const Outline& outline, std::uint32_t own) {
     const Segment& one = outline.segments[own];
     const Vec2 middle = outline.at(one, 0.5);
@@ -258,7 +255,7 @@ double ahead(const Outline& outline, std::uint32_t own) {
     return nearest;
 }
 
-// Two a segment by Gauss' rule, but one in the middle of short ones, and more where segments are few or long
+// Quadrature points: two a segment by Gauss' rule, one on a short one, more if segments are few or long
 // beside the distance to what they face.
 std::vector<Point> points_on(const Outline& outline, std::size_t sources) {
     constexpr double kMostPieces = 16.0, kLeastOfAll = 64.0;
@@ -284,20 +281,20 @@ std::vector<Point> points_on(const Outline& outline, std::size_t sources) {
     return points;
 }
 
-// A source cos^n relative to a thermal one, by the angle of paths that are projected into the plane: this
-// times cos^(n - 1), namely 2 over the integral of cos^n from -pi / 2 to pi / 2.
+// Factor of cos^(n - 1), by the angle of paths projected into the plane, in the ratio of a cos^n source to a
+// thermal one: 2 over the integral of cos^n from -pi / 2 to pi / 2.
 double lobe_scale_in_plane(double n) {
     return 2.0 * std::numbers::inv_sqrtpi *
            std::exp(std::lgamma(0.5 * n + 1.0) - std::lgamma(0.5 * (n + 1.0)));
 }
 
-// Adds the sky between two sines, by Gauss' rule between the \p angles.
+// Adds the sky between two sines; direct flux is integrated by Gauss' rule between the \p angles.
 void add_sky(const View& view, double from, double to, std::span<const double> exponents,
              const std::vector<double>& angles, std::vector<double>& bounds, Point& found) {
     const double share = 0.5 * (to - from);
     const View::Open open = view.open(0.5 * (from + to));
     if (open == View::Open::hole) found.leaked += share;
-    if (open != View::Open::sky) return;  // a little that is too far to be seen leaves with the balance
+    if (open != View::Open::sky) return;  // beyond the last image: lost here, restored by the balancing
     found.sky += share;
     if (angles.empty()) {  // all sources are thermal
         for (double& direct : found.direct) direct += share;
@@ -320,7 +317,7 @@ void add_sky(const View& view, double from, double to, std::span<const double> e
         }
 }
 
-// Adds what is seen of a segment to the row of unknowns.
+// Adds the interval's share of a segment to the row of unknowns.
 void add_part(const Seen& seen, double from, double to, const Segment& segment, double* row) {
     const double share = 0.5 * (to - from);
     const double along = to - from < kWide ? seen.place(0.5 * (from + to)) : seen.mean_place(from, to);
@@ -388,7 +385,7 @@ ProfileView view_profile(const Geometry& geometry, const ProfileUnknowns& profil
         area += point.area;
     }
     view.leaked = leaked / area;
-    // Each pair of points counts from both: rounding and Gauss' rule differ.
+    // Symmetric mean: both directions of a pair differ by rounding and quadrature.
     view.exchange = (0.5 * (view.exchange + view.exchange.transpose())).eval();
     return view;
 }

@@ -12,7 +12,7 @@ namespace {
 
 using Values = std::vector<double>;
 
-// Means over triangles, or vertices, of a flux by wedge.
+// Means over triangles of a flux by wedge.
 Values over_triangles(const Exchange::State& s, const Values& wedge) {
     Values mean(s.geometry.mesh.triangles.size());
     for (std::size_t t = 0; t < mean.size(); ++t)
@@ -22,6 +22,7 @@ Values over_triangles(const Exchange::State& s, const Values& wedge) {
     return mean;
 }
 
+// Means over vertices of a flux by wedge, weighted by area.
 Values over_vertices(const Exchange::State& s, const Values& wedge) {
     const Wedges& w = s.wedges;
     Values mean(s.geometry.mesh.vertices.size(), 0.0);
@@ -36,11 +37,11 @@ Values over_vertices(const Exchange::State& s, const Values& wedge) {
     return mean;
 }
 
-// Halves of the groups of rays, of which any two differ in half of theirs; the other half is their
-// complement.
+// Halves of the eight groups of rays, a bit a group; their complements are the other halves. Any two of these
+// halves have half of their groups in common.
 constexpr std::uint32_t kHalves[] = {0x0f, 0x33, 0x55};
 
-// Standard errors of the flux of all rays, from squared differences between halves of them.
+// Standard errors of the flux of all rays, from squared differences between the fluxes of halves.
 struct ErrorSums {
     Values wedge, triangle, vertex;
     void add(const Exchange::State& s, const Values& difference) {
@@ -79,7 +80,7 @@ double statistical_error(const Wedges& wedges, const FluxField& vertex) {
     return flux > 0.0 ? error / flux : error > 0.0 ? kInfinity : 0.0;
 }
 
-// Error of the linear elements relative to the flux. \p one, other: from two halves of the rays.
+// Error of the linear elements relative to the flux. \p one, other: fluxes from two halves of the rays.
 double discretisation_error(const Exchange::State& s, const DiffuseSpecies& species, const Solver& solver,
                             const Values& flux, const Values& one, const Values& other) {
     const TriangleMesh& mesh = s.geometry.mesh;
@@ -132,15 +133,15 @@ RadiosityFlux solve_flux(const Exchange& exchange, const DiffuseSpecies& species
         Values one = solver.solve(kHalves[k], whole.flux, tolerance).flux,
                other = solver.solve(kAllGroups & ~kHalves[k], whole.flux, tolerance).flux;
         sums.add(s, difference(one, other));
-        // The bias falls as 1 / rays: the two halves of the rays are off by twice the whole's.
+        // The bias falls as 1 / rays: each half of the rays has twice the bias of the whole.
         for (std::size_t i = 0; i < whole.flux.size() && options.unbiased; ++i)
             result.wedge.flux[i] +=
                 (whole.flux[i] - 0.5 * (one[i] + other[i])) / static_cast<double>(halvings);
         if (k == 0) halves = {std::move(one), std::move(other)};
     }
     for (double& flux : result.wedge.flux) flux = std::max(0.0, flux);
-    // Half of a difference has the error of the whole.
     if (s.viewed) halves = {whole.flux, whole.flux};
+    // Half of the difference between two halves has the standard error of the whole: its square is a quarter.
     if (options.errors && !s.viewed) sums.put(0.25 / static_cast<double>(halvings), result);
     result.triangle.flux = over_triangles(s, result.wedge.flux);
     result.vertex.flux = over_vertices(s, result.wedge.flux);

@@ -9,21 +9,20 @@
 namespace sidewall::flux {
 namespace {
 
-// Shares of the connections that aim at the source plane and at the relays; the rest aim at the surface by
-// area.
+// Shares of connections aimed at the source plane and at relays; the others aim at the surface by area.
 constexpr double kPlaneShare = 1.0 / 3.0, kRelayShare = 1.0 / 3.0;
-// Triangles along the curve over which a pilot averages.
+// Consecutive triangles of the curve over which counts of the pilot are averaged.
 constexpr std::size_t kRelayRun = 64;
 
-// The lowest ten bits of \p word, two zeros after each.
+// The lowest 20 bits of \p word, two zeros after each.
 std::uint64_t spread_bits(std::uint64_t word) {
     std::uint64_t spread = 0;
     for (unsigned bit = 0; bit < 20; ++bit) spread |= (word >> bit & 1u) << 3 * bit;
     return spread;
 }
 
-// Triangles along a Morton curve through their centroids: neighbours on it are neighbours in space, so that
-// consecutive rays hit nearby nodes of the hierarchy and a run of directions is spread over a neighbourhood.
+// Triangles in the order of a Morton curve through their centroids. Neighbours on it are neighbours in space:
+// consecutive rays visit nearby nodes of the hierarchy, and each region gets well spread directions.
 std::vector<std::uint32_t> along_curve(const TriangleMesh& mesh, const Box3& bounds) {
     std::vector<std::pair<std::uint64_t, std::uint32_t>> keys(mesh.triangles.size());
     const double scale = 1048575.0 / std::max(bounds.size().maxCoeff(), 1e-300);
@@ -84,13 +83,13 @@ RayDensities::RayDensities(const Geometry& geometry, const ProfileUnknowns& prof
         facet.normal = area_vector(mesh, t).normalized();
         facet.area = triangle_area(mesh, t);
     }
-    // A sector stands for a share of the turn: so densely connections from it end all around.
+    // A sector is a share of the full turn. A connection ends at any azimuth, so its density is that share.
     if (round())
         image_share_[image_share_.size() / 2] = share_of_turn(box_.max[1] - box_.min[1], box_.max[0]);
     order_ = along_curve(mesh, bounding_box(mesh));
     item_of_.resize(order_.size());
     for (std::size_t i = 0; i < order_.size(); ++i) item_of_[order_[i]] = static_cast<std::uint32_t>(i);
-    // Every wedge gets equally many rays, spread over its fan by area.
+    // Every wedge gets equally many rays, spread over its triangles by area.
     even_share_.assign(facets_.size(), 0.0);
     double wedges_used = 0.0;
     for (const double area : wedges.area) wedges_used += area > 0.0 ? 1.0 : 0.0;
@@ -110,7 +109,7 @@ RayDensities::RayDensities(const Geometry& geometry, const ProfileUnknowns& prof
 
 void RayDensities::set_starts(std::span<const double> variance) {
     start_share_ = even_share_;
-    // Averaged over runs of neighbours: the variance of a single triangle is noise.
+    // Average over runs of neighbours: the variance of a single triangle is mostly noise.
     constexpr std::size_t kRun = 16;
     std::vector<double> best(order_.size(), 0.0);
     double total = 0.0;
@@ -122,13 +121,13 @@ void RayDensities::set_starts(std::span<const double> variance) {
             spread += variance[order_[i]];
         }
         if (!(even > 0.0)) continue;
-        const double ratio = std::sqrt(spread / even);  // of the variance of one ray
+        const double ratio = std::sqrt(spread / even);  // root of the variance of one ray
         for (std::size_t i = first; i < last; ++i) best[i] = ratio * even_share_[order_[i]];
         total += ratio * even;
     }
     for (std::size_t i = 0; i < order_.size() && total > 0.0; ++i)
         start_share_[order_[i]] = 0.5 * even_share_[order_[i]] + 0.5 * best[i] / total;
-    // What starts on a segment is spread over its area, whichever triangle it is on.
+    // In a profile, spread the rays of a segment evenly over both its triangles.
     for (std::uint32_t t = 0; t < partner_.size(); ++t) {
         const std::uint32_t other = partner_[t];
         if (other < t) continue;
@@ -144,7 +143,7 @@ void RayDensities::set_starts(std::span<const double> variance) {
 void RayDensities::make_targets() {
     double area = 0.0;
     for (const Facet& facet : facets_) area += facet.area;
-    // What a ring sees of the sky is found without rays.
+    // The sky seen by rings comes from sky_of_rings(): no connection needs to aim at the source plane.
     const double plane = round() ? 0.0 : kPlaneShare, relayed = relay_.empty() ? 0.0 : kRelayShare,
                  even = 1.0 - plane - relayed;
     target_density_.assign(facets_.size(), even / area);
@@ -154,7 +153,7 @@ void RayDensities::make_targets() {
         if (relayed > 0.0 && facets_[t].area > 0.0)
             target_density_[t] += relayed * relay_[i] / facets_[t].area;
     }
-    // Over a profile the two triangles of a facet must not differ: a path ends in either.
+    // In a profile both triangles of a facet need the same density, because a path may end on either.
     if (!partner_.empty())
         for (std::uint32_t t = 0; t < partner_.size(); ++t)
             if (const std::uint32_t other = partner_[t]; t < other)
@@ -218,8 +217,8 @@ void RayDensities::set_counts(const RayCounts& counts) {
 
 void RayDensities::set_images(std::span<const double> hits) {
     if (round()) return;
-    // Both ends of a pair must find the same share. Seen from the other end, the copy lies the other way, but
-    // a mirrored one the same way.
+    // Both ends of a pair must find the same share. Seen from the other end, an image lies in the opposite
+    // direction, or in the same direction if it is mirrored.
     const auto from_other_end = [this](int k, int axis) {
         return box_.boundary[axis] == Boundary::reflective && k % 2 != 0 ? k : -k;
     };
@@ -237,7 +236,7 @@ void RayDensities::set_images(std::span<const double> hits) {
 }
 
 void RayDensities::set_openings(std::span<const double> exits) {
-    // A tenth goes everywhere: the pilot may have missed cells.
+    // A tenth is spread evenly: the pilot may have missed cells.
     const double total = std::accumulate(exits.begin(), exits.end(), 0.0);
     const double even = 1.0 / static_cast<double>(opening_.size());
     for (std::size_t i = 0; i < opening_.size(); ++i)

@@ -16,12 +16,12 @@ namespace {
 
 constexpr std::uint32_t kPoints = 3, kRaysOfSet = kPoints * kResidualDirections, kRaysOfEdge = 2 * kRaysOfSet;
 constexpr std::size_t kEdgesOfBlock = kBlock / kRaysOfEdge;
-constexpr std::uint32_t kEdgeStream = 0xfffffffeu;  // no ray of a gather has this bounce
-// Points keep off the triangle's rim by this share of their distance to its centroid: what flies along a
-// wall's foot is hit or missed by rounding. Second differences are smaller by the square.
+constexpr std::uint32_t kEdgeStream = 0xfffffffeu;  // bounce that no ray of a gather has
+// Factor that moves the points towards the triangle's centroid: along the foot of a wall, rounding decides
+// whether a ray hits. Second differences become smaller by the square of the factor.
 constexpr double kInwards = 0.98;
 
-// The two ends and the middle of an edge, a skin above the triangle.
+// The two ends and the middle of an edge, moved inwards and lifted off the triangle by the geometry's skin.
 std::array<Vec3, kPoints> points_of(const Geometry& geometry, const Facet& facet, std::uint32_t edge) {
     const std::array<Vec3, 3> corners{Vec3::Zero(), facet.edge1, facet.edge2};
     const Vec3 centroid = (facet.edge1 + facet.edge2) / 3.0;
@@ -36,7 +36,7 @@ std::array<Vec3, kPoints> points_of(const Geometry& geometry, const Facet& facet
     return points;
 }
 
-// Puts the rays of one edge into the block.
+// Adds the rays of one edge to the block.
 void aim(const Geometry& geometry, const RayDensities& densities, RandomKey key, std::uint32_t gather,
          std::uint32_t number, const ResidualEdge& edge, Rays& rays) {
     const Facet& facet = densities.facets()[edge.triangle];
@@ -58,7 +58,7 @@ void aim(const Geometry& geometry, const RayDensities& densities, RandomKey key,
     }
 }
 
-// The edges of a gather, along the curve of the starts.
+// Draws the edges of a gather, stratified along the space-filling curve of the triangles.
 std::vector<ResidualEdge> draw_edges(const RayDensities& densities, RandomKey key, std::uint32_t gather,
                                      std::size_t count, std::span<const double> share) {
     const std::size_t items = densities.facets().size();
@@ -78,7 +78,7 @@ std::vector<ResidualEdge> draw_edges(const RayDensities& densities, RandomKey ke
     return edges;
 }
 
-// The second difference of the arrivals along an edge, by one of its sets of rays.
+// The second difference of the arrivals along an edge, from one of its two sets of rays.
 double bend_of(const ProfileUnknowns& profile, std::span<const ResidualRay> rays,
                std::span<const double> emitted, double source, double exponent) {
     const auto value = [&](const ResidualRay& ray) {
@@ -93,7 +93,7 @@ double bend_of(const ProfileUnknowns& profile, std::span<const ResidualRay> rays
     return sum / (kResidualDirections * kInwards * kInwards);
 }
 
-// Slope of the flux over a triangle.
+// Gradient of the flux on a triangle.
 Vec3 slope_of(const TriangleMesh& mesh, const Wedges& wedges, std::span<const double> flux, std::size_t t) {
     const Vec3 corner = mesh.vertices[mesh.triangles[t][0]];
     const Vec3 edge1 = mesh.vertices[mesh.triangles[t][1]] - corner,
@@ -171,7 +171,7 @@ std::vector<double> expected_bends(const TriangleMesh& mesh, const Wedges& wedge
     }
     for (std::size_t w = 0; w < slope.size(); ++w)
         if (area[w] > 0.0) slope[w] /= area[w];
-    // Slopes at a crease are means over one side of it: those of a point half an edge away.
+    // At a crease the mean slope is one-sided, that of half an edge away: the factor is then twice as large.
     const auto split = [&](std::uint32_t v) { return wedges.first[v + 1] > wedges.first[v] + 1; };
     std::vector<double> bends(3 * mesh.triangles.size());
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
@@ -186,9 +186,9 @@ std::vector<double> expected_bends(const TriangleMesh& mesh, const Wedges& wedge
     return bends;
 }
 
-// The interpolant of a quadratic with bends q is off by the sum of 4 q l l', l and l' the barycentric
-// coordinates at an edge's ends. Elements with consistent mass shift that by its mean; the mean square of
-// what is left is (4 sum of q^2 - (sum of q)^2) / 45.
+// The linear interpolant of a quadratic with bends q is off by the sum over edges of 4 q l l', with l and l'
+// the barycentric coordinates of the edge's ends. Elements with a consistent mass matrix shift this by its
+// mean; the mean square of the rest is (4 sum of q^2 - (sum of q)^2) / 45.
 std::vector<double> errors_of(std::span<const double> bends) {
     std::vector<double> errors(bends.size() / 3);
     for (std::size_t t = 0; t < errors.size(); ++t) {
@@ -198,13 +198,14 @@ std::vector<double> errors_of(std::span<const double> bends) {
     return errors;
 }
 
-// The factor's square is a ratio of means over the edges. So that few of them, or noisy ones, do not decide,
-// 1 is its prior, with a standard deviation of 1, or of what the rays show of it beyond three of their own.
+// The factor's square is a ratio of means over the edges. It is averaged with a prior of 1, so that few or
+// noisy edges do not decide. The prior's variance is the square of the ratio's deviation from 1, less that of
+// three standard errors of the ratio, and at least 1.
 double bend_factor(const Geometry& geometry, const ProfileUnknowns& profile, const Residual& residual,
                    std::span<const double> bends, std::span<const double> one, std::span<const double> other,
                    double source, double exponent) {
     constexpr std::size_t kFewest = 16;
-    constexpr double kLeast = 0.25;  // the square of: slopes that noise makes steeper are off by no more
+    constexpr double kLeast = 0.25;  // least square of the factor: noise steepens slopes by no more
     const std::size_t count = residual.edges.size();
     if (count < kFewest) return 1.0;
     source *= lobe_scale(exponent);

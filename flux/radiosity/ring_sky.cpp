@@ -13,22 +13,23 @@
 namespace sidewall::flux {
 namespace {
 
-constexpr int kAzimuths = 32;       // of half a turn
-constexpr int kMostMirrorings = 8;  // at the cylinder around
-constexpr double kMostPieces = 16;  // of a ring that is long beside the others
+constexpr int kAzimuths = 32;       // azimuths in half a turn
+constexpr int kMostMirrorings = 8;  // reflections at the cylinder around the domain
+constexpr double kMostPieces = 16;  // most quadrature pieces of a ring that is long beside the others
 
-// A hierarchy over the outline, by halves, numbered as a heap. A straight path at a distance b from the axis
-// is a distance sqrt(r^2 - b^2) from the point of it that is nearest to the axis where it passes over the
-// radius r.
+// A binary hierarchy over the outline's segments, numbered as a heap. Paths are seen from above: a straight
+// path whose nearest point to the axis ("middle") is at a distance b from it, passes over the radius r at
+// sqrt(r^2 - b^2) from the middle, on either side.
 class Rings {
   public:
     explicit Rings(const Outline& outline) : outline_(outline), nodes_(4 * outline.segments.size() + 4) {
         build(0, 0, outline.segments.size());
     }
 
-    // Slopes in which the sky is seen from \p point in a half plane, at an azimuth of this cosine to the way
-    // off the axis; \p radius: of the mirror. The first of each pair is the lower; \p open holds those to
-    // look at.
+    // Intervals of slopes (lower, upper) at which the sky is seen in a half plane through \p point.
+    // \param cosine  of the azimuth, relative to the direction away from the axis.
+    // \param radius  of the reflective cylinder.
+    // \param open    intervals to begin with; those hidden by rings are removed.
     using Slopes = std::vector<std::pair<double, double>>;
     void look(Vec2 point, double cosine, double radius, Slopes& open) const {
         Look look{point, point.x * std::sqrt(1.0 - cosine * cosine), -point.x * cosine, open};
@@ -43,12 +44,12 @@ class Rings {
   private:
     struct Node {
         double inner = kInfinity, outer = 0.0, low = kInfinity, high = -kInfinity;
-        bool joined = true;  // its segments are one line
+        bool joined = true;  // whether its segments form one line
     };
     struct Look {
         Vec2 point;
-        double off;     // of the path from the axis
-        double middle;  // the way to the path's point nearest to the axis
+        double off;     // distance of the path from the axis
+        double middle;  // signed distance from the point to the path's middle
         Slopes& open;
         bool any(double from, double to) const {
             return std::ranges::any_of(open, [&](const auto& o) { return o.first < to && from < o.second; });
@@ -63,7 +64,7 @@ class Rings {
                 if (first < from) open.insert(open.begin() + k, {first, from});
             }
         }
-        // From the middle to where the path passes over a radius.
+        // Distance from the middle to where the path passes over a radius.
         double half_chord(double r) const { return std::sqrt(std::max(0.0, r * r - off * off)); }
     };
 
@@ -83,7 +84,7 @@ class Rings {
         build(2 * at + 2, (first + last) / 2, last);
     }
 
-    // Takes the slopes of what the path passes on one \p side of its middle from those that are open.
+    // Removes the slopes that a node's segments hide where the path passes them on one \p side of its middle.
     void hide(const Look& look, double side, std::size_t at, std::size_t first, std::size_t last) const {
         const Node& node = nodes_[at];
         if (node.high <= look.point.z || node.outer <= look.off) return;
@@ -95,7 +96,7 @@ class Rings {
                      flattest = std::max(0.0, node.low - look.point.z) / to;
         if (!look.any(flattest, steepest)) return;
         if (last - first == 1) return hide_segment(look, side, outline_.segments[first]);
-        if (node.joined && node.inner >= look.off && from > 0.0) {  // all between the ends of a line
+        if (node.joined && node.inner >= look.off && from > 0.0) {  // one line hides all between its ends
             const auto slope = [&](std::uint32_t end) {
                 const Vec2 p = outline_.points[end];
                 return (p.z - look.point.z) / (look.middle + side * look.half_chord(p.x));
@@ -110,7 +111,7 @@ class Rings {
     void hide_segment(const Look& look, double side, const Segment& segment) const {
         Vec2 a = outline_.points[segment.end[0]], b = outline_.points[segment.end[1]];
         if (a.x > b.x) std::swap(a, b);
-        // Where it comes nearest to the axis the path passes over rings in a curve.
+        // Near the middle the path passes over the segment in a curve: use four chords.
         const int pieces = a.x < look.off ? 4 : 1;
         if (a.x < look.off) a = {look.off, a.z + (look.off - a.x) / (b.x - a.x) * (b.z - a.z)};
         const double inner = look.half_chord(a.x), outer = look.half_chord(b.x);
@@ -121,7 +122,7 @@ class Rings {
             const Vec2 here{look.middle + side * chord, a.z + part * (b.z - a.z) - look.point.z};
             if (before.x > 0.0 && here.x > 0.0) {
                 look.take(before.z / before.x, here.z / here.x);
-            } else if (before.x > 0.0 || here.x > 0.0) {  // from above or below the point
+            } else if (before.x > 0.0 || here.x > 0.0) {  // the piece passes above or below the point
                 const Vec2 ahead = before.x > 0.0 ? before : here;
                 const double over = a.z + (look.point.x - a.x) / (b.x - a.x) * (b.z - a.z) - look.point.z;
                 look.take(over > 0.0 ? kInfinity : -kInfinity, ahead.z / ahead.x);
@@ -134,7 +135,7 @@ class Rings {
     std::vector<Node> nodes_;
 };
 
-// What arrives of every source at a place, by the sky that is open in a half plane.
+// Integrates the open sky of a half plane: leaving emission, and direct flux of every source.
 class Sky {
   public:
     explicit Sky(std::span<const double> exponents) : exponents_(exponents) {
@@ -144,7 +145,8 @@ class Sky {
             bounds_.push_back(std::exp2(-k));
         std::ranges::sort(bounds_);
     }
-    // \param across  of the normal, times the cosine of the azimuth. \param up  of it.
+    // Adds the sky between two slopes. \p across: radial part of the normal times the azimuth's cosine;
+    // \p up: its vertical part.
     void add(double from, double to, double across, double up, double& leaving,
              std::vector<double>& direct) const {
         const auto sum = [&](double angle) {
@@ -175,17 +177,18 @@ class Sky {
 
   private:
     std::span<const double> exponents_;
-    std::vector<double> bounds_;  // elevations between which every law is close to a cubic
+    std::vector<double> bounds_;  // elevations (radian) between which every law is close to a cubic
 };
 
+// A quadrature point of a ring.
 struct RingPoint {
     std::uint32_t segment;
     double along, area;
     double leaving = 0.0;
-    std::vector<double> direct{};  // of each source
+    std::vector<double> direct{};  // direct flux of each source
 };
 
-// Two a ring by Gauss' rule, more on long ones.
+// Quadrature points: two a ring by Gauss' rule, more on long rings.
 std::vector<RingPoint> ring_points(const Outline& outline) {
     std::vector<RingPoint> points;
     std::vector<double> lengths;
@@ -232,7 +235,7 @@ RingSky sky_of_rings(const Geometry& geometry, const ProfileUnknowns& profile,
         for (int k = 0; k < kAzimuths; ++k) {
             const double cosine = std::cos(std::numbers::pi * (k + 0.5) / kAzimuths),
                          across = own.normal.x * cosine, up = own.normal.z;
-            // The half plane that the ring faces.
+            // Slopes in front of the ring's tangent plane, and not below the horizon.
             const double edge = up == 0.0 ? (across > 0.0 ? -kInfinity : kInfinity) : -across / up;
             const double lowest = up < 0.0 ? 0.0 : std::max(0.0, edge), highest = up < 0.0 ? edge : kInfinity;
             if (!(lowest < highest)) continue;

@@ -9,15 +9,15 @@
 
 namespace sidewall::flux {
 
-/// What the rings of a surface of revolution see of the sky, without noise, by unknown.
+/// The sky seen by the rings of a surface of revolution, without noise, by unknown.
 struct RingSky {
-    std::vector<ExitSample> exits;                 ///< all that leaves: no ray is needed for it
-    std::map<double, std::vector<double>> direct;  ///< e of a source cos^n, by n
-    std::vector<double> leaving;                   ///< what of a uniform emission of 1 leaves
+    std::vector<ExitSample> exits;                 ///< exits that stand for all rays that leave
+    std::map<double, std::vector<double>> direct;  ///< direct flux e of a source cos^n, by n
+    std::vector<double> leaving;                   ///< part of a uniform emission of 1 that leaves
 };
 
-/// Looks from points of every ring, at azimuths all around, past all other rings, whose elevations there are known: what
-/// is left of each half plane is the sky. Paths that meet the mirror around go on, eight times at most.
+/// Computes the sky visible from points of every ring: for azimuths all around, removes the slopes at which
+/// other rings hide it. Paths are reflected at the outer cylinder, at most eight times.
 /// \param stop  asked often, by any thread; true ends with Interrupted.
 /// \pre \p geometry has a revolution.
 /// \note O(n log n); parallel; the same bits on any number of threads.

@@ -12,11 +12,11 @@ namespace {
 
 using Values = std::vector<double>;
 
-// The least re-emitted share: the flux is the emission over it, which must not be 0 where all sticks.
+// Least re-emitted share 1 - s: the flux is the emission divided by it, even where all sticks.
 constexpr double kLeastReemitted = 1e-6;
-// Fluxes below this share of the largest that arrives directly are not resolved any further.
+// Fluxes below this share of the largest direct flux are not resolved any further.
 constexpr double kFaint = 1e-7;
-// Ten times what the deepest holes of the tests take with the coarse-grid correction.
+// Iterations until the coarse-grid correction is dropped: 10 times those of the deepest holes in the tests.
 constexpr std::uint32_t kMostCorrected = 300;
 
 double dot(const Values& a, const Values& b) {
@@ -35,15 +35,14 @@ void require_values(const std::string& name, const char* what, std::span<const d
 }
 
 struct Solved {
-    Values emitted;  // (1 - s) flux, by wedge
+    Values emitted;  // (1 - s) flux, by unknown
     std::uint32_t iterations = 0;
 };
 
-// Conjugate gradients on the balance, which is symmetric and not negative. They stop when one more relaxation
-// of every unknown by itself would change them by less than the tolerance, in the mean over the unknowns of
-// what each changes relative to itself: a norm of all residuals would not see the deep places that little
-// arrives at, nor those where all sticks. What lies below \p faint is compared with that instead: rounding
-// bounds the rest.
+// Preconditioned conjugate gradients on the balance, which is symmetric and positive semidefinite. They stop
+// when the preconditioner would change the unknowns by less than the tolerance: relative to each unknown, or
+// to \p faint if that is larger (below it rounding dominates), and averaged over the unknowns. A norm of the
+// residual would not see deep places, at which little arrives, nor those where all sticks.
 Solved conjugate_gradients(const Balance& balance, const CoarseGridSolver* coarse, const Values& right,
                            Values x, const Values& faint, double tolerance, const SolveOptions& options,
                            const std::string& name) {
@@ -77,7 +76,7 @@ Solved conjugate_gradients(const Balance& balance, const CoarseGridSolver* coars
                 "{}: after {} iterations the radiosity's solver still changes the flux by {:.2g} of "
                 "itself, above {:.2g}: use monte-carlo",
                 name, iteration, left, tolerance);
-        if (iteration == kMostCorrected && coarse != nullptr) {  // go on without
+        if (iteration == kMostCorrected && coarse != nullptr) {  // restart without the correction
             coarse = nullptr;
             precondition(r, z);
             p = z;
@@ -103,8 +102,7 @@ Solved conjugate_gradients(const Balance& balance, const CoarseGridSolver* coars
     return {std::move(x), iteration};
 }
 
-// The emission by unknown below which it counts as dark: \p share of the largest that \p right alone would
-// give.
+// Emission not to be resolved, by unknown: 1 - s times \p share of the largest flux of \p right alone.
 Values faint_below(double share, const Balance& balance, const Values& right,
                    std::span<const double> reemitted) {
     const std::span<const double> diagonal = balance.diagonal();
@@ -154,8 +152,7 @@ Solver::Solver(const Exchange::State& state, const DiffuseSpecies& species, cons
 }
 
 Solver::Answer Solver::solve(std::uint32_t groups, std::span<const double> guess, double tolerance) const {
-    // A single group may leave parts of the surface with hardly an exit, where the aggregates of all do not
-    // help.
+    // With a single group, parts of the surface may lack exits; there the correction does not help.
     const CoarseGridSolver* coarse = std::popcount(groups) > 1 ? &*coarse_ : nullptr;
     const BalancedSamples& samples = s_.balanced(groups);
     const Balance balance(samples, absorption_);
@@ -181,7 +178,7 @@ Solver::Answer Solver::solve(std::uint32_t groups, std::span<const double> guess
 
 std::vector<Values> Solver::respond(const std::vector<Values>& rights, double tolerance) const {
     const Balance balance(s_.balanced(kAllGroups), absorption_);
-    // Responses change sign: where they pass 0 nothing is to be resolved.
+    // Responses change sign; near their zeros they need no relative accuracy.
     constexpr double kFaintResponse = 1e-3;
     std::vector<Values> responses;
     responses.reserve(rights.size());
@@ -194,8 +191,8 @@ std::vector<Values> Solver::respond(const std::vector<Values>& rights, double to
     return responses;
 }
 
-// With u = (1 - s) flux, (absorption + M) u is what arrives at the hat functions: the flux there is M^-1
-// times that.
+// With the emission u = (1 - s) flux, (absorption + M) u are the arrivals tested by the hat functions: M
+// times their flux. Solves M error = (absorption + M) u - M flux by relaxation with the lumped M.
 std::vector<double> Solver::absorption_error(std::span<const double> flux) const {
     constexpr int kRelaxations = 4;  // M and its lumped form differ by a factor of 4 at most
     const std::span<const double> area = s_.profile.unknowns.area;

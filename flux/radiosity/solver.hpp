@@ -8,33 +8,33 @@
 
 namespace sidewall::flux {
 
-/// A quantity by wedge as means over the wedges that are one unknown.
+/// Converts a quantity from wedges to unknowns: area-weighted means over the wedges of each unknown.
 std::vector<double> by_unknown(const Exchange::State& s, std::span<const double> wedge);
 
-/// The balance of one species on the rays of an exchange.
+/// Solves the balance of one species on the rays of an exchange.
 class Solver {
   public:
     /// All arguments must outlive the solver.
-    /// \throws as solve_flux for values out of range and arrays that do not fit.
+    /// \throws as solve_flux() for values out of range and arrays that do not fit.
     Solver(const Exchange::State& state, const DiffuseSpecies& species, const SolveOptions& options);
 
     struct Answer {
         std::vector<double> flux;  ///< by wedge
         std::uint32_t iterations = 0;
     };
-    /// The flux from some of the groups of rays.
-    /// \param groups their bits.
+    /// Solves for the flux with the samples of some groups of rays.
+    /// \param groups bits of the groups.
     /// \param guess  a flux by wedge to start from; may be empty.
     /// \throws as solve_flux.
     Answer solve(std::uint32_t groups, std::span<const double> guess, double tolerance) const;
 
-    /// Solutions of the balance of all rays for any right-hand sides, by unknown. It is symmetric: they are
-    /// adjoint, too.
+    /// Solutions of the balance of all rays for the given right-hand sides, by unknown. The balance is
+    /// symmetric, so these are adjoint solutions, too.
     std::vector<std::vector<double>> respond(const std::vector<std::vector<double>>& rights,
                                              double tolerance) const;
 
-    /// Error of the absorption where sticking varies over an element, as a flux by unknown: arrivals by the
-    /// balance, emission and absorption together, less \p flux by unknown. 0 where sticking is uniform.
+    /// Error of the absorption matrix where sticking varies over an element, as a flux by unknown: the
+    /// arrivals by the balance, (absorption + M) (1 - s) flux, less \p flux. 0 where sticking is uniform.
     std::vector<double> absorption_error(std::span<const double> flux) const;
 
     /// 1 - s, by unknown, never 0.
@@ -46,7 +46,7 @@ class Solver {
     const SolveOptions& options_;
     std::vector<double> reemitted_, emission_;  // by unknown
     WedgeMatrix absorption_;
-    std::optional<CoarseGridSolver> coarse_;  // of all groups: close enough for some of them
+    std::optional<CoarseGridSolver> coarse_;  // of all groups: good enough for some of them
 };
 
 }  // namespace sidewall::flux

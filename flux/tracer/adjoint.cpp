@@ -7,27 +7,27 @@
 namespace sidewall::flux {
 namespace {
 
-// cos^50 leaves 1e-8 of its particles beyond 46 degrees off the vertical.
+// Least n of the source's cos^n: at 50, 1e-8 of the particles fly more than 46 degrees off the vertical.
 constexpr double kLeastExponent = 50.0;
 
 constexpr std::uint32_t kCorners = 3;
 
-// Every batch has paths from every triangle, so that standard errors may have to come from few batches.
+// Every batch needs paths on every triangle; with few rays, standard errors come from as few batches as this.
 constexpr std::uint64_t kLeastBatches = 4;
 
 std::uint64_t fewest_of_batch(const TriangleMesh& mesh) {
     return std::uint64_t{kCorners} * mesh.triangles.size();
 }
 
-// The starts of adjoint paths beside their rays, by row: position, barycentric weights, direction, and the
-// weight of the particle if the path gets to the source.
+// Starts of adjoint paths, by row of their rays: position and direction, barycentric weights, and the weight
+// of the particle if the path reaches the source.
 struct AdjointStarts : FlightStarts {
     Column<float> u, v;
     Column<double> weight;
 };
 
-// Replaces the particles that emit has drawn by starts on the surface in the opposite direction; those into
-// the surface are left out.
+// Replaces the particles drawn by emit() with starts on the surface in the opposite direction. Directions
+// that point into the surface are dropped.
 void draw_starts(const Trace& trace, const Batch& batch, Rays& r, AdjointStarts& starts) {
     const Geometry& geometry = trace.geometry;
     const auto triangles = static_cast<std::uint32_t>(geometry.mesh.triangles.size());
@@ -41,7 +41,7 @@ void draw_starts(const Trace& trace, const Batch& batch, Rays& r, AdjointStarts&
         const Vec3 down = r.direction(row);
         const double across = -down.dot(area);
         if (!(across > 0.0)) continue;
-        // The source takes the first two of these numbers.
+        // emit() has used numbers 0 and 1 of this event.
         const Draws random = draw(trace.key, std::uint64_t{batch.number} << 32 | (ray - turn), 0);
         const double root = std::sqrt(random.uniform(2)), part = random.uniform(3);
         const std::array weights{1.0 - root, root * (1.0 - part), root * part};
@@ -64,7 +64,7 @@ void draw_starts(const Trace& trace, const Batch& batch, Rays& r, AdjointStarts&
     r.count = kept;
 }
 
-// Turns the path from a row's start to the source into a particle that arrives at the start.
+// Turns an adjoint path that reached the source into a particle that hits the surface at the path's start.
 void place_arrival(const Trace& trace, const AdjointStarts& starts, std::size_t row, std::size_t kept,
                    Rays& r) {
     const Vec3 normal = area_vector(trace.geometry.mesh, r.from[row]);

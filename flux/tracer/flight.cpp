@@ -9,20 +9,20 @@
 namespace sidewall::flux {
 namespace {
 
-// Skin relative to the largest coordinate: ten times what a position loses when it is rounded to float.
+// Skin relative to the largest coordinate: 16 times the largest error of rounding a position to float.
 constexpr double kSkin = 0x1p-20;
-// A flight of more segments than this does not end because of rounding: the particle counts as leaked.
+// Most segments of a flight. One with more is caught by rounding: its particle counts as leaked.
 constexpr std::uint32_t kMaxSegments = 1'000'000;
 
-// The starts of the flight's latest segments: a slip through the surface happened at one of them.
+// Starts of a flight's latest segments; a slip through the surface happens at one of them.
 struct Trail {
     std::array<Vec3, 8> start;
     std::uint32_t count = 0;
     void add(const Vec3& position) { start[count++ % start.size()] = position; }
 };
 
-// Whether the ray hit the triangle from behind. Embree's own normal settles it nearly always; a sliver may
-// have turned over when its vertices were rounded to float, so the normal in double precision decides.
+// Whether the ray hit the triangle from behind. Embree's normal rules it out nearly always; as a sliver may
+// have turned over when its vertices were rounded to float, the normal in double precision confirms it.
 bool is_behind(const Geometry& geometry, const Vec3& direction, const surface::RayHit& hit) {
     return direction.dot(hit.normal) > 0.0 &&
            direction.dot(outward_normal(geometry, hit.triangle)) > kGrazing;
@@ -30,8 +30,8 @@ bool is_behind(const Geometry& geometry, const Vec3& direction, const surface::R
 
 enum class SegmentHit { nothing, front, back };
 
-// The nearest front or back along one straight segment. Backs within a skin of the start do not count: they
-// belong to the far side of a fold that the start was lifted through.
+// The nearest front or back face along one straight segment. Back faces within kOverlap skins of the start do
+// not count: they are the far side of a fold through which the start was lifted.
 SegmentHit trace_segment(const Geometry& geometry, const Particle& particle, double back_up, double reach,
                          Flight& flight) {
     const Vec3 origin = particle.position - back_up * particle.direction;
@@ -48,14 +48,14 @@ SegmentHit trace_segment(const Geometry& geometry, const Particle& particle, dou
             flight.v = hit.v;
             return back ? SegmentHit::back : SegmentHit::front;
         }
-        // Past the hit by more than its rounding: the next float may find it again, for ever.
+        // Continue past the hit by more than its rounding, or the same hit might be found for ever.
         t_near = std::max(t_near, hit.distance) * (1.0 + 1e-6) + 1e-3 * geometry.skin;
         if (!(t_near < t_far)) return SegmentHit::nothing;
     }
 }
 
-// At a convex rim, rounding may let the far face come first: a ray that hits a back this near to an edge hit
-// the rim.
+// Whether a hit on a back face is so near to an edge that the ray really hit the edge: at a convex edge,
+// rounding may let the far face come first.
 bool hit_rim(const Geometry& geometry, const Flight& flight) {
     const auto [a, b, c] = geometry.mesh.triangles[flight.triangle];
     const std::array<Vec3, 3> p{geometry.mesh.vertices[a], geometry.mesh.vertices[b],
@@ -68,7 +68,7 @@ bool hit_rim(const Geometry& geometry, const Flight& flight) {
     return false;
 }
 
-// The particle is behind the surface: it arrives where it slipped through, if that was within the rounding.
+// Books a hit for a particle behind the surface, where it slipped through, if that is within the rounding.
 void rescue(const Geometry& geometry, const Trail& trail, Flight& flight) {
     const auto size = static_cast<std::uint32_t>(trail.start.size());
     for (std::uint32_t i = trail.count; i > 0 && trail.count - i < size; --i) {
@@ -85,8 +85,8 @@ void rescue(const Geometry& geometry, const Trail& trail, Flight& flight) {
     flight.end = geometry.box.rim_inside ? FlightEnd::escaped : FlightEnd::leaked;
 }
 
-// Whether all vertices lie on the two periodic sides across y, so that there is one triangle from side to
-// side.
+// Whether the surface is a 2-D profile: all vertices lie on the two periodic sides in y, so that triangles
+// span the whole width.
 bool is_straight(const TriangleMesh& mesh, const LateralBox& box) {
     return box.boundary[1] == Boundary::periodic && box.boundary[0] != Boundary::open &&
            std::all_of(mesh.vertices.begin(), mesh.vertices.end(),
@@ -99,8 +99,8 @@ Geometry make_geometry(const TriangleMesh& mesh, const surface::RayScene& scene,
     require_traceable(mesh);
     const Box3 bounds = bounding_box(mesh);
     const double skin = kSkin * bounds.min.cwiseAbs().cwiseMax(bounds.max.cwiseAbs()).maxCoeff();
-    // The source is clear of the surface by more than the overlap, but low: grazing particles cross few
-    // sides.
+    // The source plane is above the surface by more than the overlap, yet low, so that grazing particles
+    // cross few sides.
     const double margin = 2.0 * kOverlap * skin;
     const double top = bounds.max.z() + margin, bottom = bounds.min.z() - margin;
     if (box.axial)
@@ -126,8 +126,7 @@ RoundFlight fly_round(const Geometry& geometry, const Vec3& position, const Vec3
         if (!hit && exit <= std::min(side, left)) {
             flight.end = rise > 0.0 ? FlightEnd::escaped : FlightEnd::leaked;
             if (rise > 0.0) return flight;
-            // A particle that starts in a hollow edge may lie behind the other face by rounding: it arrives
-            // there.
+            // A particle that starts in a concave edge may be behind the other face by rounding: a hit there.
             const RingHit slipped = geometry.revolution->nearest(position, kOverlap * geometry.skin);
             if (!slipped) return flight;
             const Turned turned = turned_into_plane(position, direction);
@@ -169,11 +168,11 @@ DomainExit domain_exit(const Geometry& geometry, const Vec3& start, const Vec3& 
 
 namespace {
 
-// A path that crosses so many sides before it rises above the surface is flat but for rounding (below
-// 0.006 degrees where the surface is as high as the domain is wide).
+// Most sides that a path may cross before it rises above the surface. One that crosses more is horizontal up
+// to rounding (below 0.006 degrees where the surface is as high as the domain is wide).
 constexpr int kMostSides = 10000;
 
-// Takes a path that has met nothing through the side ahead. False if it leads to the source.
+// Takes a path that has hit nothing through the side ahead. False at an open side or above the surface.
 bool goes_on(const surface::RayScene& scene, const LateralBox& box, const SideMeeting& side, Vec3& position,
              Vec3& path) {
     return std::isfinite(side.distance) && position.z() + side.distance * path.z() <= scene.top() &&
@@ -239,7 +238,7 @@ Vec3 outward_normal(const Geometry& geometry, std::uint32_t triangle) {
 }
 
 Vec3 hit_point(const Geometry& geometry, const Flight& flight) {
-    // The surface that Embree sees has its vertices rounded to float.
+    // Embree's triangles have their vertices rounded to float.
     const auto vertex = [&](std::size_t k) -> Vec3 {
         return geometry.mesh.vertices[geometry.mesh.triangles[flight.triangle][k]]
             .cast<float>()
@@ -284,7 +283,7 @@ Flight fly(const Geometry& geometry, Particle particle, double free_path) {
         }
         if (exit <= side.distance) {
             if (rise > 0.0 || !bounded)
-                flight.end = FlightEnd::escaped;  // past the rim of a surface that does not fill its box
+                flight.end = FlightEnd::escaped;  // upwards, or down past an open side's rim
             else
                 rescue(geometry, trail, flight);
             return flight;

@@ -7,13 +7,14 @@
 namespace sidewall::flux {
 namespace {
 
-// Free paths draw other numbers than hits do. Their events are of generation 0: what hits sputter has no gas.
+// Key of the free paths' random numbers; other than that of hits. Species with collisions sputter nothing, so
+// that the generation is free to count collisions.
 RandomKey gas_key(RandomKey key) {
     const auto mixed = r123::Philox4x32{}({{key[0], key[1], 0u, 0u}}, {{0x6a5c0111u, 0xf10cu}});
     return {{mixed[0], mixed[1]}};
 }
 
-// The coordinate of a straight path after mirrors or wraps at the sides.
+// Folds a coordinate of a straight path into [low, high], by mirroring or wrapping at the sides.
 double folded(double at, double low, double high, Boundary boundary) {
     const double width = high - low;
     double offset = at - low;
@@ -26,13 +27,13 @@ double folded(double at, double low, double high, Boundary boundary) {
     return std::clamp(low + offset, low, high);
 }
 
-// Particles between two hits: those of a block that are still under way.
+// Particles of a block that are still in flight between two hits.
 struct UnderWay {
     Rays rays;
     Column<std::uint32_t> home;  // row in the block
     FlightStarts begun;
     Column<float> free_path;
-    alignas(32) std::uint32_t words[4][kBlock + kLanes];  // the flights' random numbers
+    alignas(32) std::uint32_t words[4][kBlock + kLanes];  // random numbers of each flight
 };
 
 void begin(const Rays& rays, UnderWay& under_way) {
@@ -59,7 +60,7 @@ void draw_paths(RandomKey key, double mean, Event event, std::uint32_t collision
     }
 }
 
-// Sends the particle that collided in `row` off again, from row `kept`.
+// Gives the particle that collided in `row` its new position and direction, and stores it in row `kept`.
 void collide(const Geometry& geometry, std::size_t row, std::size_t kept, UnderWay& u) {
     const LateralBox& box = geometry.box;
     const double path = static_cast<double>(u.free_path[row]);
@@ -79,7 +80,7 @@ void collide(const Geometry& geometry, std::size_t row, std::size_t kept, UnderW
     u.home[kept] = u.home[row];
 }
 
-// Returns particles that hit or left to their rows in the block; the others go on.
+// Copies particles that hit or left back to their rows in the block; those that collided stay in flight.
 void settle(const Geometry& geometry, UnderWay& u, Rays& block) {
     const Rays& r = u.rays;
     std::size_t kept = 0;

@@ -3,12 +3,12 @@
 
 namespace sidewall::flux {
 
-/// Flies \p rays like fly_block, through a gas: free paths are exponentially distributed about the species' mean, and
-/// each ends in a collision from which the particle goes on in any direction as likely, like a thermal molecule off
-/// others of its mass. Its weight stays. Bird, Molecular Gas Dynamics (1994), section 1.4.
+/// Flies \p rays like fly_block, through a gas. Free paths are exponentially distributed with the species'
+/// mean. Each ends in a collision, which gives an isotropic direction, as for a thermal molecule among others
+/// of its mass (Bird, Molecular Gas Dynamics (1994), section 1.4), and keeps the weight.
 ///
-/// The random numbers of a flight are named by the event and the collisions before it. Between collisions a path
-/// crosses sides as without a gas; one that leads up past the source plane has escaped.
+/// The random numbers of a flight are keyed by the event and the number of collisions before it. Between
+/// collisions a path crosses sides as without a gas; a particle above the source plane has escaped.
 /// \returns false if the trace was asked to stop.
 bool fly_through_gas(const Trace& trace, Rays& rays, const Event& event, FlightCounts& flights);
 

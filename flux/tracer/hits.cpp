@@ -13,10 +13,10 @@ namespace {
 
 // One hit in double precision.
 struct Hit {
-    Vec3 point, direction, normal;  // the point a skin off the surface
+    Vec3 point, direction, normal;  // the point is a skin above the surface
     double cosine, energy;
     std::size_t material;
-    double theta = 0.0;  // set once asked for
+    double theta = 0.0;  // incidence; set where the hit sputters or may reflect
 };
 
 Hit hit_of(const Trace& trace, const Rays& r, std::size_t row) {
@@ -56,7 +56,7 @@ std::uint64_t weight_of(std::uint64_t weight, double factor) {
     return static_cast<std::uint64_t>(static_cast<double>(weight) * factor + 0.5);
 }
 
-// Starts the particles that a hit of the given weight sputters.
+// Starts one particle with the weight that a hit of the given weight sputters.
 void sputter(const Trace& trace, const Hit& hit, std::uint64_t weight, std::uint32_t triangle,
              std::uint32_t ray, Stream& random, Rays& secondaries, Counts& counts) {
     const Redeposition& re = *trace.species.redeposition;
@@ -70,19 +70,19 @@ void sputter(const Trace& trace, const Hit& hit, std::uint64_t weight, std::uint
     counts.redeposited.emitted += sputtered;
 }
 
-// The cosine of the incidence above which no particle is reflected.
+// Cosine of the incidence above which no particle is reflected.
 double least_reflected_cosine(const Reflection& reflection) {
     constexpr double kRounding = 1e-9;
     return reflection.to > 0.0 ? std::cos(std::max(0.0, reflection.from - kRounding)) : 1.0;
 }
 
-// Energy after a reflection.
+// Draws the energy after a reflection.
 double energy_left(const Reflection& reflection, const Hit& hit, Stream& random) {
     const double peak = energy_peak(reflection, hit.theta);
     return sample_truncated_normal(peak * hit.energy, reflection.spread * hit.energy, hit.energy, random);
 }
 
-// Calls use(k, words, lane) for the hits k = 0, 1, ... of \p count, whose four random words of the event are
+// Calls use(k, words, lane) for the hits k = 0, 1, ... of \p count; the four random words of hit k are
 // words[0..3][lane].
 template <class Use>
 inline void for_each_hit(const Trace& trace, const Rays& rays, Column<std::uint32_t>& hits, std::size_t count,
@@ -97,7 +97,7 @@ inline void for_each_hit(const Trace& trace, const Rays& rays, Column<std::uint3
     }
 }
 
-// Moves the particle of \p row up to \p kept, ready for reemit_diffusely. Not its weight.
+// Copies the particle of \p row, but not its weight, to row \p kept, ready for reemit_diffusely.
 inline void move_up(Worker& w, Rays& r, std::size_t kept, std::size_t row, std::uint32_t word1,
                     std::uint32_t word2) {
     r.copy(kept, r, row);
@@ -109,8 +109,8 @@ inline void move_up(Worker& w, Rays& r, std::size_t kept, std::size_t row, std::
     w.word2[kept] = word2;
 }
 
-// Prefetches for Tally::add: the indices of a hit far ahead of the k-th of `count`, and the bins that those
-// of a nearer one name. A macro, because compilers drop calls of functions that do nothing else.
+// Prefetches for Tally::add: wedge indices and triangle bin of the hit 24 after the k-th of `count`, wedge
+// bins of the hit 8 after it. A macro, because compilers drop calls of functions that only prefetch.
 #define SIDEWALL_PREFETCH_BINS(rays, bundle, hits, k, count)                                       \
     do {                                                                                           \
         const std::uint32_t far_triangle = (rays).triangle[(hits)[std::min((k) + 24, (count)-1)]]; \
@@ -122,7 +122,7 @@ inline void move_up(Worker& w, Rays& r, std::size_t kept, std::size_t row, std::
             __builtin_prefetch(&(bundle).bins->wedge[near_wedge[corner]], 1);                      \
     } while (false)
 
-// The end of neutrals that all stick.
+// Tallies and absorbs neutrals that stick with probability 1.
 void absorb_all(Bundle& bundle, Worker& w, Rays& r, std::size_t hits) {
     for (std::size_t k = 0; k < hits; ++k) {
         SIDEWALL_PREFETCH_BINS(r, bundle, w.hits, k, hits);
@@ -134,7 +134,7 @@ void absorb_all(Bundle& bundle, Worker& w, Rays& r, std::size_t hits) {
     r.count = 0;
 }
 
-// Tallies a species' arrivals and takes what sticks from its weights.
+// Tallies a species' arrivals and subtracts the absorbed part from its weights.
 void arrive(const Trace& trace, const Worker& w, Bundle& bundle, std::size_t hits) {
     const Rays& r = w.rays;
     std::uint64_t absorbed = 0;
@@ -152,14 +152,14 @@ void arrive(const Trace& trace, const Worker& w, Bundle& bundle, std::size_t hit
     bundle.ledger->absorbed += absorbed;
 }
 
-// A species' weight below this plays roulette by itself: it costs more to carry than it is worth.
+// A species' weight on a shared path plays its own roulette below this: it costs more to carry than it adds.
 constexpr std::uint64_t kFaintWeight = kOne / 16;
 
-// Roulette by the path, then by the species that are faint on it. Survivors move up in the block.
+// Plays roulette for each path, then for the species of small weight on it. Survivors move up in the block.
 void play_together(const Trace& trace, const Event& event, Worker& w, std::span<Bundle> bundles,
                    std::size_t hits) {
     Rays& r = w.rays;
-    const std::uint64_t faint = std::min(kFaintWeight, trace.roulette);  // so never the largest weight
+    const std::uint64_t faint = std::min(kFaintWeight, trace.roulette);  // at most the largest weight
     std::size_t kept = 0;
     for_each_hit(trace, r, w.hits, hits, event, [&](std::size_t k, const auto& words, std::size_t lane) {
         const std::uint32_t row = w.hits[k];
@@ -185,8 +185,8 @@ void play_together(const Trace& trace, const Event& event, Worker& w, std::span<
     r.count = kept;
 }
 
-// Sends the particles off from where they hit, a skin above the facet, by Lambert's law about its normal. A
-// facet without area sends them back where they came from.
+// Starts the particles again a skin above the triangle they hit, by Lambert's law about its normal; for a
+// triangle without area, about the direction back.
 void reemit_diffusely(const Trace& trace, const Worker& w, Rays& r) {
     const auto& box = trace.geometry.box;
     const auto min_x = static_cast<float>(box.min[0]), max_x = static_cast<float>(box.max[0]);
@@ -210,7 +210,7 @@ void reemit_diffusely(const Trace& trace, const Worker& w, Rays& r) {
 
 }  // namespace
 
-// No branches here and below: half of the particles would mispredict them.
+// No branches here and in book_misses: they would be mispredicted for half of the particles.
 std::size_t list_hits(const Rays& r, Column<std::uint32_t>& hits) {
     std::size_t n = 0;
     for (std::size_t row = 0; row < r.count; ++row) {
@@ -259,7 +259,7 @@ void react_neutrals(const Trace& trace, Bundle& bundle, Worker& w, Rays& r, cons
         bundle.ledger->absorbed += absorbed;
         const std::uint64_t rest =
             play_roulette(weight - absorbed, trace.roulette, words[0][lane], *bundle.ledger);
-        // Every particle is moved up; those that ended are written over.
+        // Move every particle up; the next one overwrites it if it ended.
         move_up(w, r, kept, row, words[1][lane], words[2][lane]);
         bundle.weight[kept] = rest;
         kept += rest > 0;
@@ -313,7 +313,7 @@ void react_ions(const Trace& trace, Bundle& bundle, Worker& w, const Event& even
             hit.theta = std::acos(hit.cosine);
             sputter(trace, hit, weight, triangle, ray, random, w.secondaries, *bundle.counts);
         }
-        // Stick, or reflect with what energy is left.
+        // Stick, or reflect with reduced energy.
         double reflected = 0.0;
         if (!(hit.cosine > reflects_below)) {
             hit.theta = std::acos(hit.cosine);

@@ -7,17 +7,17 @@
 
 namespace sidewall::flux {
 
-/// Reports the progress of a trace to its caller, and asks whether to go on. Thread-safe.
+/// Reports the progress of a trace to its caller and asks whether to stop. Thread-safe.
 class Monitor {
   public:
-    /// Keeps references to both, either of which may be empty.
+    /// Keeps references to both functions; either may be empty.
     Monitor(const std::function<void(double)>& progress, const std::function<bool()>& stop)
         : progress_(progress), stop_(stop) {}
     bool stop() {
         if (!stopped_ && stop_ && stop_()) stopped_ = true;
         return stopped_;
     }
-    /// \p rays may change as the trace goes on; the fraction reported does not fall.
+    /// Sets the expected number of rays. It may change during the trace; the fraction reported never falls.
     void expect(std::uint64_t rays) { rays_ = rays; }
     void finished(std::uint64_t rays) {
         const std::uint64_t done = done_ += rays;

@@ -12,7 +12,7 @@ static_assert(kLanes == surface::RayPacket::kRays);
 
 constexpr float kFar = std::numeric_limits<float>::infinity();
 
-// Geometry in single precision, as the inner loops read it.
+// The box of a Geometry in single precision, for the inner loops.
 struct Bounds {
     float min_x, min_y, max_x, max_y, top, bottom, overlap;
     bool reflect_x, reflect_y, open_x, open_y;
@@ -30,12 +30,12 @@ struct Bounds {
           open_y(geometry.box.boundary[1] == Boundary::open) {}
 };
 
-// Distances along eight rays.
+// Distances along eight rays to the sides in x and in y, and to the top or bottom.
 struct alignas(32) Reach {
     float side_x[kLanes], side_y[kLanes], exit[kLanes];
 };
 
-// To the plane ahead; never negative. A ray along the plane never meets it.
+// Distance to the plane ahead, never negative; infinite for a ray parallel to it.
 inline float distance_to(float low, float high, float position, float direction) {
     const float plane = direction > 0.0f ? high : low;
     const float distance = std::max(0.0f, (plane - position) / direction);
@@ -51,14 +51,14 @@ inline void reach_of(const Bounds& b, const float* x, const float* y, const floa
     }
 }
 
-// Particles that crossed a side of the box and fly on; `row` is theirs in the block.
+// Particles that crossed a side of the box and continue; `row` is their row in the block.
 struct alignas(64) Crossing : FlightStarts {
     std::size_t count = 0;
-    Column<float> travelled;  // before this segment; only where free paths end
+    Column<float> travelled;  // length flown before this segment; set only if free paths are limited
     Column<std::uint32_t> row;
 };
 
-// Flies one particle by fly(), from the start of its flight, which the row still holds.
+// Repeats the flight of one particle by fly(), from its start, which is still in its row.
 void fly_alone(const Geometry& geometry, Rays& rays, std::size_t row, double free_path,
                FlightCounts& counts) {
     Vec3 start = rays.point(row);
@@ -101,8 +101,8 @@ inline bool cross(const Bounds& b, const Reach& reach, std::size_t i, float& x, 
     return true;
 }
 
-// The flights of a block in packets of eight. \tparam kWithin  free paths end in collisions; costs nothing
-// where not.
+// The flights of a block in packets of eight. \tparam kWithin  collisions limit free paths; false costs
+// nothing.
 template <bool kWithin>
 class PacketFlight {
   public:
@@ -113,7 +113,7 @@ class PacketFlight {
         static thread_local Crossing crossing;  // too large for a stack frame
         crossing.count = 0;
         for (std::size_t first = 0; first < rays_.count; first += kLanes) start_packet(first, crossing);
-        // A flight that crosses more sides than this may not end because of rounding, which fly() finds out.
+        // Particles that cross more than 1000 sides may be caught by rounding: fly() decides.
         for (int round = 0; crossing.count > 0; ++round) {
             if (round == 1000) {
                 for (std::size_t i = 0; i < crossing.count; ++i) alone(crossing.row[i]);
@@ -133,7 +133,7 @@ class PacketFlight {
         fly_alone(geometry_, rays_, row, free_path, counts_);
     }
 
-    // Whether lane i's particle ends its free path before it hits, or comes to a side or out.
+    // Whether lane i's free path ends before the particle hits the surface, meets a side or leaves.
     bool collides(std::size_t i, std::size_t row, float travelled, float back_up) const {
         const float way = packet_.triangle[i] == surface::kNoTriangle
                               ? std::min(std::min(reach_.side_x[i], reach_.side_y[i]), reach_.exit[i])
@@ -159,7 +159,7 @@ class PacketFlight {
         }
         counts_.segments += lanes;
         geometry_.scene.closest_hits(valid_, packet_);
-        // Embree's normal has the length of twice the area.
+        // Embree's normal is as long as twice the area, so compare squares.
         constexpr auto kGrazingSquared = static_cast<float>(kGrazing * kGrazing);
         for (std::size_t i = 0; i < kLanes; ++i) {
             const float nx = packet_.normal_x[i], ny = packet_.normal_y[i], nz = packet_.normal_z[i];
@@ -168,8 +168,8 @@ class PacketFlight {
         }
     }
 
-    // What comes next for lane i's ray, which hit no triangle: a side; the end, through the top, or through
-    // the bottom where the sides are open; or, below the surface, what fly() finds out.
+    // What lane i's ray does that hit no triangle: meets a side; escapes through the top, or through the
+    // bottom if a side is open; or is below the surface, which fly() must resolve.
     enum class NoHit { side, escape, unclear };
     NoHit no_hit(std::size_t i, float dz) const {
         if (std::min(reach_.side_x[i], reach_.side_y[i]) < reach_.exit[i]) return NoHit::side;
@@ -181,8 +181,8 @@ class PacketFlight {
         const std::size_t lanes = std::min(kLanes, r.count - first);
         intersect(&r.x[first], &r.y[first], &r.z[first], &r.dx[first], &r.dy[first], &r.dz[first], lanes,
                   0.0f);
-        // Nearly all lanes are clear: a hit on a front, or none on the way out through the top. Loops over
-        // lanes without branches, which compilers vectorise.
+        // Nearly all lanes are clear: they hit a front face or escape. Find the others in loops without
+        // branches, which vectorise.
         alignas(32) int unclear[kLanes];
         int any = 0;
         const int open = b_.open_x || b_.open_y ? -1 : 0;
@@ -256,7 +256,7 @@ class PacketFlight {
         }
     }
 
-    // Calls store(column, lanes) for all that is known of a hit.
+    // Calls store(column, lanes) for each quantity of a hit.
     template <class Store>
     void each_of_hit(const Store& store) {
         store(rays_.triangle, packet_.triangle);
@@ -270,7 +270,7 @@ class PacketFlight {
     void store_hit(std::size_t row, std::size_t lane) {
         each_of_hit([=](auto& column, const auto& lanes) { column[row] = lanes[lane]; });
     }
-    // store_hit() of lane i in row first + i, column by column.
+    // store_hit() for all lanes, lane i in row first + i, column by column.
     void store_hits(std::size_t first) {
         each_of_hit(
             [=](auto& column, const auto& lanes) { std::memcpy(&column[first], &lanes[0], sizeof lanes); });
@@ -302,13 +302,13 @@ class PacketFlight {
 
 // Directions before turn_into_plane.
 struct Straightened {
-    Column<float> along;  // y of the direction
-    Column<float> share;  // length of the rest
+    Column<float> along;  // y component
+    Column<float> share;  // length of the x and z components
 };
 
-// Turns flights over a profile that is the same at all y into the plane of x and z.
+// Projects flights over a 2-D profile, which is equal at all y, to the plane of x and z.
 void turn_into_plane(const Geometry& geometry, Rays& rays, Straightened& kept) {
-    // Nearly along y a path in the plane is of rounding only.
+    // Below this the direction is along y, and its projection only rounding: fly straight up instead.
     constexpr float kLeastShare = 1e-6f;
     const auto overlap = static_cast<float>(kOverlap * geometry.skin);
     const float low = static_cast<float>(geometry.box.min[1]) + overlap,
@@ -321,7 +321,7 @@ void turn_into_plane(const Geometry& geometry, Rays& rays, Straightened& kept) {
         rays.dx[i] = level ? 0.0f : rays.dx[i] / share;
         rays.dz[i] = level ? 1.0f : rays.dz[i] / share;
         rays.dy[i] = 0.0f;
-        // Off the sides, where there are edges to slip past.
+        // Keep y off the sides, where a ray might slip past the triangles' edges.
         rays.y[i] = std::min(std::max(rays.y[i], low), high);
     }
 }
@@ -332,12 +332,13 @@ void turn_back(Rays& rays, const Straightened& kept) {
         rays.dz[i] *= kept.share[i];
         rays.dy[i] = kept.along[i];
         rays.distance[i] /= kept.share[i];
-        // The end of the path, start + distance * direction, keeps the y that it began with.
+        // Shift the start so that the end, start + distance * direction, has the y of the flight.
         rays.y[i] -= rays.distance[i] * rays.dy[i];
     }
 }
 
-// Flights past a surface of revolution, one by one. What hits is turned to the first triangle of its segment.
+// Flights past a surface of revolution, one by one. Hits are booked on the first triangle of the segment, in
+// the plane y = 0.
 void fly_all_round(const Geometry& geometry, Rays& rays, const Column<float>* free_path,
                    FlightCounts& counts) {
     for (std::size_t row = 0; row < rays.count; ++row) {

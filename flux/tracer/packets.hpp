@@ -8,15 +8,15 @@
 
 namespace sidewall::flux {
 
-/// Particles that are traced together, at most. Enough to fill packets to the end of long histories, few
-/// enough for the second-level cache.
+/// Most particles that are traced together, as a block: enough to fill packets to the end of long histories,
+/// few enough for the second-level cache.
 constexpr std::size_t kBlock = 1024;
-constexpr std::size_t kLanes = 8;  ///< of a packet
+constexpr std::size_t kLanes = 8;  ///< rays of a packet
 
 template <class T>
-using Column = std::array<T, kBlock + kLanes>;  // a packet may run over the end
+using Column = std::array<T, kBlock + kLanes>;  // the last packet may run over the end of the block
 
-/// A row of three columns, in double precision.
+/// One row of three columns as a vector, in double precision.
 inline Vec3 vector_at(const Column<float>& x, const Column<float>& y, const Column<float>& z,
                       std::size_t row) {
     return {static_cast<double>(x[row]), static_cast<double>(y[row]), static_cast<double>(z[row])};
@@ -27,11 +27,11 @@ inline void set_vector(const Vec3& v, Column<float>& x, Column<float>& y, Column
     z[row] = static_cast<float>(v.z());
 }
 
-/// The weight of one whole particle in the fixed point of weights and tallies.
+/// The weight of one whole particle in the fixed-point numbers of weights and tallies.
 constexpr std::uint64_t kOne = std::uint64_t{1} << 28;
 
-/// Starts of flights, one a row: points and unit directions. World units, single precision throughout: what the tracer
-/// sees is what is computed with.
+/// Starts of flights, one a row: points and unit directions, in world units. Single precision throughout, so
+/// that Embree gets exactly the values that are computed with.
 struct FlightStarts {
     Column<float> x, y, z, dx, dy, dz;
 
@@ -41,29 +41,29 @@ struct FlightStarts {
         set_vector(point, x, y, z, row);
         set_vector(direction, dx, dy, dz, row);
     }
-    /// Takes row \p of of others.
+    /// Copies row \p of of \p others to \p row.
     void copy(std::size_t row, const FlightStarts& others, std::size_t of) {
         x[row] = others.x[of], y[row] = others.y[of], z[row] = others.z[of];
         dx[row] = others.dx[of], dy[row] = others.dy[of], dz[row] = others.dz[of];
     }
 };
 
-/// Particles at the start of a flight; after fly_block, of its last segment, and what they hit.
+/// Particles at the start of a flight; after fly_block, at the start of its last segment, with what they hit.
 struct alignas(64) Rays : FlightStarts {
     std::size_t count = 0;
-    Column<std::uint32_t> from;    ///< triangle it leaves, or kNoTriangle
+    Column<std::uint32_t> from;    ///< triangle that it leaves, or kNoTriangle
     Column<std::uint32_t> ray;     ///< number within the batch
     Column<std::uint64_t> weight;  ///< in units of 1 / kOne
     Column<float> energy;          ///< eV
     // Set by fly_block:
-    Column<std::uint32_t> triangle;  ///< it hit, kNoTriangle if it escaped, kLeaked if it leaked
-    Column<float> u, v;              ///< barycentric weights of its second and third vertex
-    Column<float> nx, ny, nz;        ///< its outward normal, any length; zero if it has no area
-    Column<float> distance;          ///< along the last segment
+    Column<std::uint32_t> triangle;  ///< triangle hit, kNoTriangle if escaped, kLeaked, or kCollided
+    Column<float> u, v;              ///< barycentric weights of that triangle's second and third vertex
+    Column<float> nx, ny, nz;        ///< outward normal of the triangle, any length; zero if it has no area
+    Column<float> distance;          ///< of the hit along the last segment
 };
 
 constexpr std::uint32_t kLeaked = 0xfffffffeu;
-constexpr std::uint32_t kCollided = 0xfffffffdu;  ///< its free path ended first: fly_block_within
+constexpr std::uint32_t kCollided = 0xfffffffdu;  ///< the free path ended first, see fly_block_within
 
 /// Counts of the flights of fly_block.
 struct FlightCounts {
@@ -71,15 +71,14 @@ struct FlightCounts {
     std::uint64_t rescued = 0;   ///< see fly
 };
 
-/// fly() for all \p rays, in packets of eight: sets what they hit, and the start and direction of their
-/// last segment. The few that hit anything but the front of another triangle, and do not clearly leave,
-/// fly again one by one, with fly()'s care. The result depends on the order of the rays by rounding only, and not on
-/// the thread.
+/// fly() for all \p rays, in packets of eight: sets what they hit, and the start and direction of their last
+/// segment. The few that neither hit the front of another triangle nor clearly leave are flown again one by
+/// one by fly(). The order of the rays changes the result by rounding only, and threads do not change it.
 void fly_block(const Geometry& geometry, Rays& rays, FlightCounts& counts);
 
-/// fly_block() for particles that collide in a gas: row i flies at most \p free_path[i], through sides, in world units.
-/// Those that get that far have the triangle kCollided, and positions that mean nothing but in an axial box, where they
-/// are the places of the collisions.
+/// fly_block() for particles that collide in a gas: row i flies at most \p free_path[i] (world units),
+/// through sides. Those that get that far have the triangle kCollided. Their positions are those of the
+/// collisions in an axial box and meaningless in others.
 void fly_block_within(const Geometry& geometry, Rays& rays, const Column<float>& free_path,
                       FlightCounts& counts);
 

@@ -1,29 +1,28 @@
 // A particle's life, a block of kBlock particles at a time:
 //
-//     emit        a point of the source plane, or of a surface that desorbs,          source.cpp,
-//     sampling.hpp
-//                 a direction, an energy
+//     emit        a point of the source plane, or of a surface that desorbs,          source.cpp
+//                 a direction, an energy                                              sampling.hpp
 //                 or, by adjoint sampling, first arrivals drawn on the surface        adjoint.cpp
 //     fly         to the next hit, eight particles at a time                          packets.cpp
 //                 one by one where rounding matters                                   flight.cpp
 //                 with collisions on the way, if the species has a mean free path     gas_collisions.cpp
-//       no hit      it escaped, or leaked through a hole; that was its end
-//       side hit    mirrored, wrapped to the opposite side, or escaped; it flies on
+//       no hit      it escaped, or leaked through a hole: its history ends
+//       side hit    it is mirrored or wrapped and continues, or escapes
 //       surface hit it reacts
-//     react       as its species does at the surface
+//     react       at the surface, by species:
 //       neutrals    of one species, or of several species on the same paths           hits.cpp
-//       ions        and whatever has energy, yields, reflection or redeposition       hits.cpp
+//       ions        and others with energy, yields, reflection or redeposition        hits.cpp
 //     and at every hit, in this order:
-//       tally       its weight, times each yield, to triangle and wedges              tally.hpp, yield.hpp
-//       sputter     secondary particles, which then live from `fly` on as neutrals    hits.cpp
+//       tally       its weight, times each yield, on triangle and wedges              tally.hpp, yield.hpp
+//       sputter     secondary particles, traced from `fly` on as neutrals             hits.cpp
 //       stick       part of its weight is absorbed                                    particle_history.hpp
-//       roulette    a small rest ends, or becomes a whole particle                    particle_history.hpp
+//       roulette    a small remaining weight becomes a whole particle or 0            particle_history.hpp
 //       re-emit     by Lambert's law: back to `fly`                                   hits.cpp
 //                   mirrored or in a cone: back to `fly`                              reflection.hpp
 //
-// A life ends absorbed, escaped or leaked; every weight is booked in a Ledger, which balances to the last
-// bit. Random numbers are named by seed, time step, species, batch, ray, bounce and generation: random.hpp.
-// Blocks are handed out, and their counts summed up, in tracer.cpp.
+// A history ends absorbed, escaped or leaked. Every weight is booked in a Ledger, which balances to the last
+// bit. Random numbers are keyed by seed, time step, species, batch, ray, bounce and generation (random.hpp).
+// Blocks are distributed to threads, and their counts summed up, in tracer.cpp.
 #include "flux/tracer/particle_history.hpp"
 
 #include <algorithm>
@@ -37,7 +36,7 @@
 namespace sidewall::flux {
 namespace {
 
-// Ends particles that may bounce no more: their weight counts as leaked.
+// Ends particles that have bounced max_bounces times: their weight counts as leaked.
 void terminate_as_leaked(Rays& r, std::span<Bundle> bundles) {
     for (const Bundle& bundle : bundles)
         for (std::size_t row = 0; row < r.count; ++row) {
@@ -47,13 +46,12 @@ void terminate_as_leaked(Rays& r, std::span<Bundle> bundles) {
     r.count = 0;
 }
 
-// Flies \p rays on to where they hit or leave, as the event's next bounce; adjoint paths begin at their first
-// hit. \returns false if the block is done: no ray is left, the caller of the trace asked to stop, or the
-// rays have
-//          bounced max_bounces times, which ends them as leaked.
+// Flies \p rays to their next hit or out, and raises event.bounce; adjoint paths begin at their first hit.
+// \returns false if the block is done: no ray is left, a stop was asked for, or the rays have bounced
+// max_bounces times, which ends them as leaked.
 bool fly_to_hit(const Trace& trace, std::span<Bundle> bundles, Rays& rays, Event& event,
                 FlightCounts& flights) {
-    // Long histories must not keep a user waiting who asked to stop.
+    // Ask during long histories, too, so that a stop takes effect soon.
     if (rays.count == 0 || (event.bounce % 256 == 255 && trace.stop())) return false;
     if (event.bounce++ == trace.max_bounces) {
         terminate_as_leaked(rays, bundles);
@@ -65,13 +63,13 @@ bool fly_to_hit(const Trace& trace, std::span<Bundle> bundles, Rays& rays, Event
     return true;
 }
 
-// Follows neutrals hit after hit. They are w.rays, or what ions sputtered.
+// Follows neutrals hit after hit: those in w.rays, or those that ions sputtered.
 void follow_neutrals(const Trace& trace, Bundle bundle, Worker& w, Rays& rays, Event event) {
     while (fly_to_hit(trace, {&bundle, 1}, rays, event, w.flights))
         react_neutrals(trace, bundle, w, rays, event);
 }
 
-// Follows ions hit after hit; after each, what it sputtered lives to its end.
+// Follows ions hit after hit; after each bounce, the sputtered particles are followed to their ends.
 void follow_ions(const Trace& trace, Bundle bundle, Worker& w, Event event,
                  const std::vector<Tally>& tallies) {
     while (fly_to_hit(trace, {&bundle, 1}, w.rays, event, w.flights)) {
@@ -90,9 +88,8 @@ void follow_ions(const Trace& trace, Bundle bundle, Worker& w, Event event,
     }
 }
 
-// Follows species on the same paths hit after hit. Those that have stuck altogether drop out of \p bundles.
-// When one is left alone, returns with its weights in w.rays and \p event its last hit: following it alone is
-// faster.
+// Follows several species on the same paths hit after hit, and removes those without weight from bundles. The
+// last one is faster alone: returns with its weights in w.rays and its last hit in event.
 void follow_shared(const Trace& trace, std::vector<Bundle>& bundles, Worker& w, Event& event) {
     for (Bundle& bundle : bundles) {
         bundle.weight = w.weights[bundle.species].data();

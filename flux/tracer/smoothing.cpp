@@ -15,7 +15,7 @@
 namespace sidewall::flux {
 namespace {
 
-// Arrivals on some triangles, and their area.
+// Arrivals (flux times area) on some triangles, and the triangles' area.
 struct Arrivals {
     double arrivals = 0.0, area = 0.0;
     void add(const Arrivals& other) {
@@ -25,14 +25,14 @@ struct Arrivals {
     double mean() const { return area > 0.0 ? arrivals / area : 0.0; }
 };
 
-// Arrivals around every vertex: on its own triangles, and where those are smaller than `enough`, on rings
-// around them.
+// Arrivals around every vertex: on its own triangles and, while their area is below `enough`, on rings of
+// neighbours around them.
 std::vector<Arrivals> arrivals_around(const TriangleMesh& mesh, const std::vector<Arrivals>& triangle,
                                       double enough) {
     std::vector<Arrivals> around(mesh.vertices.size());
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
         for (const std::uint32_t v : mesh.triangles[t]) around[v].add(triangle[t]);
-    // Marching cubes' clusters of tiny triangles are a ring or two wide; few rays make everything small.
+    // Most rings: clusters of tiny triangles are one or two wide, but with few rays every area is too small.
     constexpr int kMostRings = 8;
     for (int ring = 0; ring < kMostRings; ++ring) {
         const std::vector<Arrivals> before = around;
@@ -50,12 +50,12 @@ std::vector<Arrivals> arrivals_around(const TriangleMesh& mesh, const std::vecto
     return around;
 }
 
-// A piece of a triangle, or its image beyond a side.
+// A sample point, which represents a piece of a triangle or its image beyond a side.
 struct Sample {
     Vec3 point, normal;
     double area;
     std::uint32_t triangle;
-    float u, v;  // barycentric
+    float u, v;  // barycentric weights in the triangle
 };
 
 void add_samples(const TriangleMesh& mesh, std::uint32_t t, double longest, std::vector<Sample>& samples) {
@@ -79,7 +79,7 @@ void add_samples(const TriangleMesh& mesh, std::uint32_t t, double longest, std:
         }
 }
 
-// Images of the samples of a sector, turned about the axis, within `radius` of the plane y = 0.
+// Adds images of a sector's samples, turned about the axis, within `radius` of the plane y = 0.
 void add_turned(const LateralBox& box, double radius, std::vector<Sample>& samples) {
     const double step = 2.0 * std::atan(0.5 * (box.max[1] - box.min[1]) / box.max[0]);
     const auto images = static_cast<int>(std::numbers::pi / step);
@@ -97,7 +97,8 @@ void add_turned(const LateralBox& box, double radius, std::vector<Sample>& sampl
     }
 }
 
-// Images of the samples within `radius` of a side. A profile of one cell goes on for several.
+// Adds mirrored or shifted images of the samples within `radius` of a side. Along a periodic axis shorter
+// than `radius`, as in a profile one cell (dx) wide, there are several.
 void add_images(const LateralBox& box, double radius, std::vector<Sample>& samples) {
     if (box.axial) add_turned(box, radius, samples);
     for (int axis = 0; axis < 2; ++axis) {
@@ -122,11 +123,11 @@ void add_images(const LateralBox& box, double radius, std::vector<Sample>& sampl
     }
 }
 
-// Samples in cubes as wide as the radius, in the order of their cubes' keys; z runs fastest.
+// Samples sorted into cubes as wide as the averaging radius, by the cubes' keys; z runs fastest.
 class Cubes {
   public:
     Cubes(std::vector<Sample> samples, double width) : width_(width) {
-        // Vertices lie up to a cube below all samples, and search a cube farther.
+        // Vertices lie up to a cube below all samples and search one cube farther: no index is negative.
         for (const Sample& sample : samples) origin_ = origin_.cwiseMin(sample.point);
         origin_.array() -= 2.0 * width_;
         std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
@@ -138,7 +139,7 @@ class Cubes {
         }
     }
 
-    /// Calls use(sample) for those in the cubes around \p point, at least.
+    /// Calls use(sample) for all samples in the 27 cubes around \p point.
     template <class Use>
     void each_near(const Vec3& point, Use&& use) const {
         const auto [x, y, z] = cube(point);
@@ -170,7 +171,7 @@ class Cubes {
     std::vector<Sample> samples_;
 };
 
-// Positions, normals and materials of wedges.
+// Positions, normals and materials of wedges, for averaged().
 struct Places {
     std::vector<Vec3> point, normal;
     std::vector<std::int32_t> material;
@@ -184,8 +185,8 @@ Places places_of(const TriangleMesh& mesh, const Wedges& wedges, std::span<const
     return places;
 }
 
-// Weights of the samples around a wedge by triangle, and their moments over its corners, so that a flux is
-// read once a triangle and not once a sample.
+// Weights of the samples around a wedge summed by triangle, with barycentric moments, so that each flux is
+// read once for a triangle and not for every sample.
 class TriangleShares {
   public:
     struct Share {
@@ -240,7 +241,7 @@ std::vector<double> smoothed_flux(const TriangleMesh& mesh, const Wedges& wedges
     const std::vector<Arrivals> around = arrivals_around(mesh, triangle, enough);
 
     const double tau = resolution * total.mean();
-    // Particles that met the surface by flux times area.
+    // Number of arrivals for a unit of flux times area.
     const double density = total.arrivals > 0.0 ? static_cast<double>(arrivals) / total.arrivals : 0.0;
     std::vector<double> smooth(flux);
     tbb::parallel_for(std::size_t{0}, mesh.vertices.size(), [&](std::size_t v) {
@@ -250,8 +251,8 @@ std::vector<double> smoothed_flux(const TriangleMesh& mesh, const Wedges& wedges
             const double variance = wedge_flux.error[w] * wedge_flux.error[w];
             const bool few = small || density * own[w].arrivals < kArrivals;
             double share = few && variance > 0.0 ? variance / (variance + tau * tau) : 0.0;
-            // A wedge that no ray has hit does not know its error. Missed by chance, or in shadow? Among lit
-            // ones, chance is taken to be that many times likelier before the hits that did not come count.
+            // A wedge without hits has no error estimate: it is in shadow, or was missed by chance. Bayes:
+            // prior odds kOdds for chance, times the Poisson probability of no hit at the mean flux.
             constexpr double kOdds = 100.0;
             if (flux[w] == 0.0) {
                 const double chance = kOdds * std::exp(-density * mean * own[w].area / 3.0);
@@ -291,7 +292,7 @@ std::vector<FluxField> averaged(const TriangleMesh& mesh, const LateralBox& box,
                 shares.add(sample, weight);
             });
             const double total = shares.total();
-            if (!(total > 0.0)) continue;  // all its triangles are without area
+            if (!(total > 0.0)) continue;  // none of its triangles has an area
             for (std::size_t k = 0; k < fluxes.size(); ++k) {
                 const std::vector<double>&flux = fluxes[k].flux.get(), &error = fluxes[k].error.get();
                 double sum = 0.0, variance = 0.0;

@@ -10,38 +10,38 @@
 
 namespace sidewall::flux {
 
-/// The wedge flux that process models see: noise taken down where few particles arrived, nothing smeared across creases and
-/// material edges where triangles are hit often enough.
-///
-/// A wedge whose triangles fewer than ten particles met moves towards the area-weighted mean of the linear flux
-/// over its own triangles, by the share sigma^2 / (sigma^2 + tau^2): sigma its standard error, tau \p resolution times
-/// the surface's mean flux. Elsewhere the tally stays: the mean flattens fluxes that bend, by 2 to 5 % of the depth
-/// of holes a few cells wide. Where a wedge's triangles are so small that the average flux brings them fewer than ten arrivals, as
-/// marching cubes has some that a single ray can raise tenfold, the mean is taken
-/// over as many rings of neighbours as it takes to expect ten, across creases, too: clusters of tiny triangles
-/// lie along those. Where nothing arrived the share is the odds that this is chance, by the hits that the mean
-/// would have brought: shadows stay dark.
-///
+/// The wedge flux that process models use: the tally, with noise reduced where few particles arrived.
 /// Reported fluxes and errors are never smoothed.
-/// \param arrivals  how many hits the tally holds, for the expectation above.
+///
+/// If a wedge's triangles got fewer than ten arrivals, its flux moves towards the area-weighted mean of the
+/// linear flux over these triangles, none of which is beyond a crease or material edge. It moves by the share
+/// sigma^2 / (sigma^2 + tau^2): sigma is its standard error, tau \p resolution times the surface's mean flux.
+/// Elsewhere the tally stays: the mean flattens curved fluxes, which changes the depth of holes a few cells
+/// (dx) wide by 2 to 5 %.
+///
+/// Marching cubes makes triangles so small that a single ray can raise their flux tenfold. Where a wedge's
+/// triangles would get fewer than ten arrivals at the mean flux, the mean is taken over enough rings of
+/// neighbours to expect ten, across creases, too, along which such clusters lie. A wedge without arrivals
+/// moves by the probability that chance missed it, from the hits expected at the mean: shadows stay dark.
+/// \param arrivals  number of hits in the tally.
 /// \note O(n), deterministic.
 std::vector<double> smoothed_flux(const TriangleMesh& mesh, const Wedges& wedges, const FluxField& wedge_flux,
                                   std::uint64_t arrivals, double resolution = 0.02);
 
-/// A flux to be averaged.
+/// A flux to be averaged, by reference.
 struct Unaveraged {
     std::reference_wrapper<const std::vector<double>> flux;   ///< by wedge
-    std::reference_wrapper<const std::vector<double>> error;  ///< by triangle: standard error of its mean
+    std::reference_wrapper<const std::vector<double>> error;  ///< standard error of the mean, by triangle
 };
 
-/// Averages fluxes over the surface around every wedge's vertex: over all points within \p radius (length
-/// unit) of the wedge's material, each weighted by the cosine between its normal and the wedge's, so that
-/// what faces away does not count. Beyond a reflective or periodic side the surface goes on.
+/// Averages fluxes around every wedge's vertex, over the points of its material within \p radius (world
+/// units). Each is weighted by the cosine between its normal and the wedge's, and not counted if that is
+/// negative. Beyond reflective and periodic sides the surface is continued.
 ///
-/// A flux is linear over triangles, as wedges have it; errors are those of the average if different triangles
-/// are hit independently. Triangles are sampled at points no farther apart than half the radius.
+/// Fluxes are linear over triangles, by their wedges. Errors assume that different triangles are hit
+/// independently. Triangles are sampled at points no farther apart than half the radius.
 /// \param materials  one id a triangle, or empty if there is one material.
-/// \returns one a flux, by wedge.
+/// \returns one field for each flux, by wedge.
 /// \throws RecipeError unless \p radius is above 0.
 /// \note O(wedges x samples within the radius), parallel, deterministic.
 std::vector<FluxField> averaged(const TriangleMesh& mesh, const LateralBox& box, const Wedges& wedges,

@@ -11,15 +11,15 @@
 namespace sidewall::flux {
 namespace {
 
-constexpr std::size_t kGroup = 8;  // bins checked together: in a sparse batch nearly all are empty
+constexpr std::size_t kGroup = 8;  // bins tested together: in a sparse batch nearly all are empty
 
-// Takes the elements of [first, last) out of all threads' bins and hands them over, summed; zeros among
-// others come along: a branch on each costs more.
+// Empties the bins of elements [first, last) of all threads and calls use(element, sum). Groups of bins that
+// are all empty are skipped; single zeros are not, as a branch on each would cost more.
 template <class Use>
 void take(const std::vector<std::uint64_t*>& bins, std::size_t first, std::size_t last, const Use& use) {
     for (std::size_t group = first; group < last; group += kGroup) {
         const std::size_t end = std::min(last, group + kGroup);
-        std::uint64_t any = end < group + kGroup ? 1 : 0;  // the rest is checked one by one
+        std::uint64_t any = end < group + kGroup ? 1 : 0;  // an incomplete group is never skipped
         if (any == 0)
             for (const std::uint64_t* bin : bins)
                 for (std::size_t k = 0; k < kGroup; ++k) any |= bin[group + k];
@@ -35,7 +35,7 @@ void take(const std::vector<std::uint64_t*>& bins, std::size_t first, std::size_
     }
 }
 
-// Zeros on large pages where the system has them: bins are hit at random.
+// Allocates zeroed bins, on huge pages where the system has them, as access is random.
 void allocate(std::vector<std::uint64_t>& bins, std::size_t count) {
     bins.reserve(count);
 #ifdef MADV_HUGEPAGE
@@ -48,7 +48,7 @@ void allocate(std::vector<std::uint64_t>& bins, std::size_t count) {
     bins.resize(count, 0);
 }
 
-constexpr std::size_t kTask = 8192;  // elements, at least
+constexpr std::size_t kTask = 8192;  // elements in a parallel task, at least
 
 template <class Body>
 void for_ranges(std::size_t count, const Body& body) {
@@ -115,7 +115,7 @@ void Tally::close_batch(const std::vector<std::uint64_t*>& triangle,
     for_ranges(mesh_.triangles.size(), [&](std::size_t first, std::size_t last) {
         take(triangle, first, last, [&](std::size_t t, std::uint64_t sum) { triangles_.round[t].add(sum); });
     });
-    // Before the wedges' bins are emptied.
+    // Sum over the wedges of split vertices, before the wedges' bins are emptied.
     surface::parallel_each(split_.size(), kTask, [&](std::size_t i) {
         std::uint64_t vertex = 0;
         for (std::uint32_t w = wedges_.first[split_[i]]; w < wedges_.first[split_[i] + 1]; ++w)
@@ -129,8 +129,8 @@ void Tally::close_batch(const std::vector<std::uint64_t*>& triangle,
 
 void Tally::close_round() {
     const double batches = batches_;
-    // The root of a variance from few batches falls short on average, by the mean of chi for normal numbers;
-    // from 16 by 1.6 %, which is left alone.
+    // The root of an unbiased variance is too small on average: for normal numbers by the factor c4, the mean
+    // of chi over sqrt(batches - 1). At 16 batches that is 1.6 %, which is not corrected.
     constexpr double kMany = 16.0;
     const double short_by = batches < kMany ? std::sqrt(2.0 / (batches - 1.0)) * std::tgamma(0.5 * batches) /
                                                   std::tgamma(0.5 * (batches - 1.0))

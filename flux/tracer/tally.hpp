@@ -12,18 +12,19 @@
 
 namespace sidewall::flux {
 
-/// Hits of whole particles whose weight 64 bits hold.
+/// Hits of whole particles (2^28 each) that fill 64 bits.
 constexpr std::uint64_t kMostHits = std::uint64_t{1} << 36;
 
 /// Sums arrivals on triangles and, by barycentric weights, on wedges and vertices, batch by batch. Every
-/// thread has bins of its own, and bins are integers: neither locks nor the order of arrivals nor the threads
-/// change a bit. Only one batch is held; earlier ones live on in their sums and sums of squares.
+/// thread has its own bins of integers: there are no locks, and no bit depends on the order of arrivals or
+/// the threads. Only the current batch is kept; of earlier ones, sums and sums of squares.
 ///
-/// A bin of a batch, over all threads and ranks, holds kMostHits hits of whole particles. More than that, on all elements
-/// together, ends the trace, so that no sum overflows; a yield's bins hold as many divided by the hits' mean yield.
+/// In one batch, over all threads and ranks, a bin can hold kMostHits hits of whole particles; a yield's
+/// bin, as many divided by the hits' mean yield. A batch of kMostHits ray segments ends the trace before sums
+/// overflow.
 class Tally {
   public:
-    /// The bins of a thread for a batch.
+    /// One thread's sums for the current batch, in units of 1 / kOne.
     struct Bins {
         std::vector<std::uint64_t> triangle, wedge;
     };
@@ -31,7 +32,7 @@ class Tally {
     /// Both arguments must outlive the tally.
     Tally(const TriangleMesh& mesh, const Wedges& wedges);
 
-    /// Bins of the calling thread. Keep the reference for many arrivals.
+    /// Bins of the calling thread. Looking them up is slow: keep the reference.
     Bins& bins();
 
     /// Adds \p weight, in units of 1 / kOne, arriving on \p triangle at barycentric weights \p u, \p v of its
@@ -50,27 +51,27 @@ class Tally {
         return &wedges_.corner[3 * std::size_t{triangle}];
     }
 
-    /// Ends a batch; no add may run meanwhile. O(elements), parallel.
+    /// Ends a batch; no add() may run at the same time. O(elements), parallel.
     void close_batch();
 
-    /// Ends this rank's part of a batch that several share: adds a word for each of bin_count() to \p words.
+    /// Ends this rank's part of a shared batch: appends its bin_count() sums to \p words.
     void take_batch(std::vector<std::uint64_t>& words);
     std::size_t bin_count() const { return triangles_.round.size() + by_wedge_.round.size(); }
-    /// Ends the batch whose \p words are those of take_batch, summed over the ranks. Takes them.
+    /// Ends a shared batch from the \p words of take_batch, summed over the ranks; sets them to 0.
     void close_batch(std::span<std::uint64_t> words);
 
-    /// Ends a round of batches of equal numbers of rays, at least two; the next round's may be larger.
-    /// Variances of rounds add up; those from fewer than 16 batches so that their roots are right on average.
+    /// Ends a round: at least two batches of equal numbers of rays, which may differ from round to round.
+    /// Variances of rounds add up; from fewer than 16 batches they are enlarged to unbias standard errors.
     void close_round();
 
-    /// Fluxes from all closed rounds. \p area_per_ray: the source's area over the number of rays of all
-    /// rounds. Elements without area get flux 0.
+    /// Fluxes from all closed rounds; 0 on elements without area.
+    /// \param area_per_ray  the source's area over the number of rays of all rounds.
     FluxField triangle_flux(double area_per_ray) const;
     FluxField wedge_flux(double area_per_ray) const;
     FluxField vertex_flux(double area_per_ray) const;
 
   private:
-    struct Sum {  // over the batches of a round
+    struct Sum {  // over the batches of a round, in particles
         double sum = 0.0, squares = 0.0;
         void add(std::uint64_t bin) {
             const double x = static_cast<double>(bin) * 0x1p-28;
@@ -78,7 +79,7 @@ class Tally {
             squares += x * x;
         }
     };
-    struct Total {  // over the rounds closed
+    struct Total {  // over all closed rounds
         double sum = 0.0, variance = 0.0;
     };
     struct Sums {
@@ -96,9 +97,9 @@ class Tally {
     const TriangleMesh& mesh_;
     const Wedges& wedges_;
     tbb::enumerable_thread_specific<Bins> bins_;
-    std::vector<std::uint32_t> split_;  // vertices of more than one wedge; the others' flux is their wedge's
+    std::vector<std::uint32_t> split_;  // vertices of more than one wedge; others have their wedge's flux
     Sums triangles_, by_wedge_, by_split_;
-    std::uint32_t batches_ = 0;  // of the round in progress
+    std::uint32_t batches_ = 0;  // closed in the current round
 };
 
 }  // namespace sidewall::flux

@@ -14,7 +14,7 @@ namespace sidewall::flux {
 namespace {
 
 constexpr double kRight = std::numbers::pi / 2.0 + 1e-12;
-constexpr double kMostYield = 100.0;  // particles a hit; weights and bins hold more
+constexpr double kMostYield = 100.0;  // largest yield, particles a hit; weights and bins can hold more
 
 void require(bool holds, const std::string& name, const std::string& what, double value,
              const std::string& rule) {
@@ -185,7 +185,7 @@ void check_fit(const TriangleMesh& mesh, const LateralBox& box, const Wedges& we
 WedgeValues check(const TriangleMesh& mesh, const LateralBox& box, std::span<const Species> species,
                   std::span<const std::int32_t> materials, const Wedges& wedges,
                   const TraceOptions& options) {
-    constexpr double kMostEmission = 1e9;  // beyond, rounding hides what comes from the plane
+    constexpr double kMostEmission = 1e9;  // of the plane's flux; above, rounding hides the plane's part
     WedgeValues values{parts(options.sticking_by_wedge, "sticking probabilities", species.size(), wedges),
                        parts(options.emission_by_wedge, "emissions", species.size(), wedges)};
     for (std::size_t k = 0; k < species.size(); ++k) {

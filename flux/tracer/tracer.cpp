@@ -38,15 +38,15 @@ Sticking make_sticking(const std::vector<double>& by_material, std::span<const s
     return sticking;
 }
 
-// Species traced together, and what of the options is theirs.
+// Species traced together, with their part of the options.
 struct Pass {
     std::vector<Species> species;
-    std::vector<std::span<const double>> by_wedge;  // sticking, or empty
-    std::span<const double> emission;               // by wedge, or empty; then there is one species
+    std::vector<std::span<const double>> by_wedge;  // sticking by species, or empty
+    std::span<const double> emission;               // by wedge, only with a single species; or empty
     std::uint32_t species_index;
 };
 
-// A trace under way: rounds of batches of equal size, each on all threads.
+// Traces one pass, in rounds of batches of equal size, each batch on all threads.
 class Tracer {
   public:
     Tracer(const TriangleMesh& mesh, const surface::RayScene& scene, const LateralBox& box, const Pass& pass,
@@ -86,7 +86,7 @@ class Tracer {
         trace_.desorption = make_surface_source(mesh, wedges, pass.emission, box.area());
     }
 
-    /// The rays of the first round to a relative error, and the fewest of any round.
+    /// Rays of the first round to a relative error, and the fewest rays of any round.
     std::uint64_t first_round() const {
         const Geometry& geometry = trace_.geometry;
         return flux::first_round(geometry.mesh.triangles.size(), geometry.revolution != nullptr);
@@ -95,7 +95,7 @@ class Tracer {
         return trace_.adjoint ? fewest_adjoint_paths(trace_.geometry.mesh) : 1;
     }
 
-    /// Traces at least \p rays more, or nearly as many adjoint paths, in equal batches, for the species still active.
+    /// Traces at least \p rays more, or nearly as many adjoint paths, in equal batches of the active species.
     /// \pre rays >= least_round()
     void trace_round(std::uint64_t rays) {
         std::uint64_t batches =
@@ -115,8 +115,8 @@ class Tracer {
     std::uint64_t emitted() const { return emitted_; }
     void expect(std::uint64_t rays) { monitor_.expect(rays); }
 
-    /// Species whose relative_error is at most \p target are traced no further.
-    /// \returns the smallest and the largest one of the others, or zeros if there are none.
+    /// Removes species whose largest_error is at most \p target from the active ones.
+    /// \returns the smallest and the largest error of those that remain, or zeros if none does.
     std::pair<double, double> retire_reached(double target) {
         double nearest = 0.0, farthest = 0.0;
         std::erase_if(trace_.active, [&](std::size_t k) {
@@ -159,21 +159,21 @@ class Tracer {
         return result;
     }
 
-    // Arrivals whose number is uncertain: those after a reflection, where first ones are known by line of
-    // sight.
+    // The tally whose noise counts: reflected arrivals if they are tallied, as first arrivals are then
+    // computed by visibility (flux/direct.hpp); else all arrivals.
     const Tally& noisy_part(std::size_t k) const {
         return tallies_[trace_.reflected > 0 ? trace_.reflected : k];
     }
 
-    // FluxResult::relative_error of \p noisy arrivals among those of \p vertex.
+    // FluxResult::relative_error: error of \p noisy over the flux of all arrivals, \p vertex.
     double relative_error(const FluxField& vertex, const FluxField& noisy) const {
-        std::span<const double> where;  // weights: reflected arrivals come to few places
+        std::span<const double> where;  // weights by vertex: reflected particles reach few places
         if (trace_.reflected > 0 && integral(noisy.flux) > 0.0) where = noisy.flux;
         const double flux = integral(vertex.flux, where);
         return flux > 0.0 ? integral(noisy.error, where) / flux : kInfinity;
     }
 
-    // FluxResult::redeposition_error. What ions sputter is in the last of the tallies of a species alone.
+    // FluxResult::redeposition_error. Redeposition is tally tally_count - 1 of a species alone in its pass.
     double redeposition_error() const {
         const double sputtered = static_cast<double>(counts_.species.front().redeposited.emitted) * 0x1p-28;
         if (!(sputtered > 0.0)) return 0.0;
@@ -188,7 +188,7 @@ class Tracer {
         return sum;
     }
 
-    // The area that a particle stands for at flux 1 of the source plane.
+    // Area of an open wafer that gets one particle, at flux 1 of the source plane.
     double area_per_ray(std::size_t k) const {
         return box_.area() / (1.0 - trace_.desorption.share) /
                static_cast<double>(counts_.species[k].emitted);
@@ -202,7 +202,7 @@ class Tracer {
         return flux;
     }
 
-    // A species alone has all tallies, others one each.
+    // All tallies of a single species; of several, which have one each, those of the active species.
     std::vector<Tally*> active_tallies() {
         std::vector<Tally*> active;
         for (std::size_t n = 0; n < tallies_.size(); ++n)
@@ -222,8 +222,8 @@ class Tracer {
         return *local;
     }
 
-    // Blocks are the same whatever the tasks: only whole ones are handed out, and over all batches the ranks
-    // take turns.
+    // Tasks consist of whole blocks, so that blocks do not depend on the task size. The ranks take blocks in
+    // turn, continued from batch to batch.
     void trace_batch(const Batch& batch) {
         const Shares& shares = options_.shares;
         const auto blocks = static_cast<std::uint32_t>((batch.count + kBlock - 1) / kBlock);
@@ -252,7 +252,7 @@ class Tracer {
         emitted_ += batch.count;
     }
 
-    // Counts of the batch just traced, by this rank alone.
+    // Returns and clears this rank's counts of the batch just traced.
     PassCounts take_counts() {
         PassCounts batch{std::vector<Counts>(counts_.species.size()), {}};
         for (std::unique_ptr<Worker>& worker : workers_) {
@@ -277,10 +277,9 @@ class Tracer {
         for (Tally* tally : active_tallies()) tally->close_batch();
     }
 
-    // Several batches are summed over the ranks at once, so that none waits for the slowest at the end of
-    // each.
+    // Holds a batch back, to sum several over the ranks at once: ranks wait less often for the slowest.
     void hold_batch(std::uint32_t rays) {
-        constexpr std::uint64_t kMostWords = 1 << 23, kMostRays = 1 << 21;  // a rank: a second or two
+        constexpr std::uint64_t kMostWords = 1 << 23, kMostRays = 1 << 21;  // for each rank: a second or two
         take_counts().write(held_);
         for (Tally* tally : active_tallies()) tally->take_batch(held_);
         ++held_batches_;
@@ -293,7 +292,7 @@ class Tracer {
         if (held_batches_ == 0) return;
         options_.shares.sum(held_);
         std::span<std::uint64_t> words(held_);
-        PassCounts batch = take_counts();  // none
+        PassCounts batch = take_counts();  // all 0: hold_batch has taken them
         for (; held_batches_ > 0; --held_batches_) {
             batch.read(words);
             add_counts(batch);
@@ -315,12 +314,12 @@ class Tracer {
     tbb::enumerable_thread_specific<std::unique_ptr<Worker>> workers_;
     PassCounts counts_;
     std::uint64_t emitted_ = 0;
-    std::uint32_t batches_ = 0, blocks_ = 0;  // blocks modulo the ranks
-    std::vector<std::uint64_t> held_;         // words of batches that wait to be summed over the ranks
+    std::uint32_t batches_ = 0, blocks_ = 0;  // traced so far; blocks modulo the number of ranks
+    std::vector<std::uint64_t> held_;         // counts and bins of batches not yet summed over the ranks
     std::uint32_t held_batches_ = 0;
 };
 
-// Rounds of batches until the relative error asked for is reached or all rays are spent.
+// Traces rounds of batches until the relative error asked for is reached or all rays are spent.
 std::vector<FluxResult> trace_rounds(const TraceOptions& options, Tracer& tracer) {
     const std::uint64_t most = options.rays;
     tracer.expect(most);
@@ -329,7 +328,7 @@ std::vector<FluxResult> trace_rounds(const TraceOptions& options, Tracer& tracer
         return tracer.results();
     }
     const double target = *options.relative_error;
-    double power = 1.75;  // of few rays the error falls faster than as 1/sqrt(rays)
+    double power = 1.75;  // rays grow as error^power; at first the error falls faster than 1/sqrt(rays)
     const auto growth = [&](double error) { return 1.05 * std::pow(error / target, power); };
     const std::uint64_t least = tracer.least_round();
     std::uint64_t rays = std::max(least, std::min(most, tracer.first_round()));
@@ -341,7 +340,7 @@ std::vector<FluxResult> trace_rounds(const TraceOptions& options, Tracer& tracer
         const auto spent = static_cast<double>(emitted);
         if (growth(farthest) * spent < static_cast<double>(most))
             tracer.expect(static_cast<std::uint64_t>(growth(farthest) * spent));
-        // Up to where the first species will reach it. A sparse trace underestimates its error: no far leaps.
+        // Until the next species should reach the target; 8-fold at most: sparse traces underestimate errors.
         const double more = std::clamp(growth(nearest) - 1.0, 0.1, 7.0);
         rays = std::min(most - emitted, std::max(least, static_cast<std::uint64_t>(more * spent) + 1));
         power = 2.0;

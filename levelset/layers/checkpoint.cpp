@@ -24,7 +24,7 @@
 namespace sidewall::levelset {
 namespace {
 
-// What follows the content, in this order; the processor's bytes are those of the file, little endian first.
+// The bytes after the content, in this order; numbers are little endian, in memory and in the file.
 struct Seal {
     std::array<char, 8> magic{'s', 'i', 'd', 'e', 'w', 'a', 'l', 'l'};
     std::uint64_t content = 0;
@@ -47,7 +47,7 @@ constexpr std::uint32_t kVersion = 1;
 
 constexpr const char* kText = "sidewall";
 constexpr const char* kMaterial = "material";
-constexpr const char* kColumns = "columns";  // of a level: where it counts, a character each
+constexpr const char* kColumns = "columns";  // of a level: '1' or '0' by column, where it counts or not
 constexpr const char* kMarginEntry = "margin";
 
 std::string domain_text(const Domain& domain) {
@@ -56,7 +56,7 @@ std::string domain_text(const Domain& domain) {
                        static_cast<int>(domain.side[0]), static_cast<int>(domain.side[1]));
 }
 
-// What everything that reads a level set relies on.
+// Checks the properties on which all code that reads a level set relies. \throws FileError
 void check(const Grid& grid, const Domain& domain) {
     if (grid.background() != static_cast<float>(kHalfWidth * domain.spacing))
         throw FileError("a layer's narrow band has another width");
@@ -76,18 +76,18 @@ Layer layer_of(const openvdb::GridBase::Ptr& grid, const Domain& domain) {
     return {grid->metaValue<std::int32_t>(kMaterial), phi};
 }
 
-// Layer \p layer on level \p level, the finest being 0.
+// Name of the grid of layer \p layer on level \p level; the finest level is 0.
 std::string grid_name(std::size_t layer, int level) {
     return level == 0 ? fmt::format("layer_{}", layer) : fmt::format("layer_{}_of_level_{}", layer, level);
 }
 
 void add_grids(const MaterialStack& stack, int level, openvdb::GridPtrVec& grids) {
     for (std::size_t k = 0; k < stack.layers.size(); ++k) {
-        // Shares the tree.
+        // A copy that shares the tree.
         const GridPtr grid = openvdb::gridPtrCast<Grid>(stack.layers[k].phi->copyGrid());
         grid->setName(grid_name(k, level));
         grid->insertMeta(kMaterial, openvdb::Int32Metadata(stack.layers[k].material));
-        grid->removeMeta(kColumns);  // those of the file that the grid may come from
+        grid->removeMeta(kColumns);  // left from a file that the grid was read from
         grid->removeMeta(kMarginEntry);
         if (stack.coarser && k == 0) {
             std::string own;
@@ -101,7 +101,7 @@ void add_grids(const MaterialStack& stack, int level, openvdb::GridPtrVec& grids
     if (stack.coarser) add_grids(*stack.coarser, level + 1, grids);
 }
 
-// Moves the level's grids out of \p grids, and those of coarser ones.
+// Moves the grids of a level and of all coarser ones out of \p grids.
 MaterialStack take_level(const Domain& domain, int level, openvdb::GridPtrVec& grids) {
     MaterialStack stack{domain, {}};
     std::string own;
@@ -138,7 +138,7 @@ void save_checkpoint(const std::filesystem::path& path, const MaterialStack& sta
     openvdb::MetaMap meta;
     meta.insertMeta(kText, openvdb::StringMetadata(text));
     meta.insertMeta("domain", openvdb::StringMetadata(domain_text(stack.domain)));
-    // OpenVDB's own files do not notice a full disk.
+    // OpenVDB's own file writer does not notice a full disk.
     write_sealed_file(path, kVersion,
                       [&](std::ostream& out) { openvdb::io::Stream(out).write(grids, meta); });
 }

@@ -14,24 +14,24 @@
 namespace sidewall::levelset {
 namespace {
 
-// Value of a released node, for cut_layers to set: below all that a band of a level set holds.
+// The value that marks a released node, which cut_layers sets: below all that a narrow band holds.
 float as_released(float value, float background) {
     return value - 4.0f * background;
 }
 bool is_released(float value, float background) {
     return value < -2.0f * background;
 }
-// Value that a released node had, but for rounding.
+// The value before its release, but for rounding.
 float before_release(float value, float background) {
     return value + 4.0f * background;
 }
 
-// Nodes of one leaf of the surface, as a layer below sees them.
+// What is known of a layer below at the nodes of one leaf of the surface.
 struct LeafNodes {
-    Leaf* layer;         // its leaf there, null if it has none
-    bool released;       // whether any is
-    bool any_overgrown;  // outside the layer, in a film that grows there
-    RowBits overgrown;   // if any is
+    Leaf* layer;         // the layer's leaf there, null if it has none
+    bool released;       // whether any node is released
+    bool any_overgrown;  // whether any node is outside the layer, in a film that grows there
+    RowBits overgrown;   // those nodes; set if there are any
 };
 
 template <class Is>
@@ -50,7 +50,7 @@ void release(Leaf* layer, const Leaf& surface, const float* old, float backgroun
     const float* moved = surface.buffer().data();
     float* value = layer->buffer().data();
     int released = 0, overgrown = 0;
-    // Off the band values are the background.
+    // Nodes off the band hold the background.
     for (std::size_t i = 0; i < Leaf::SIZE; ++i) {
         const bool bare = (std::abs(value[i]) < background) & (value[i] == old[i]) & (moved[i] >= value[i]);
         released |= bare;
@@ -64,15 +64,15 @@ void release(Leaf* layer, const Leaf& surface, const float* old, float backgroun
                  [&](std::size_t i) { return (value[i] >= 0.0f) & (moved[i] < 0.0f) & (moved[i] < old[i]); });
 }
 
-// Gives a layer's released nodes beside those overgrown their values back.
+// Restores a layer's released nodes that lie beside overgrown ones.
 class Keeper {
   public:
-    // \param nodes  of the layer, every \p stride of them.
+    // \param nodes  those of the layer: entry \p stride * n belongs to leaf n.
     Keeper(const Domain& domain, std::span<Leaf* const> leaves, const surface::LeafTable& table,
            const float* before, const LeafNodes* nodes, std::size_t stride)
         : domain_(domain), leaves_(leaves), table_(table), before_(before), nodes_(nodes), stride_(stride) {}
 
-    // Beside those of one leaf; any number of leaves at once.
+    // Restores nodes beside the overgrown ones of leaf \p n. Thread-safe.
     void keep_beside(std::size_t n, float background) const {
         if (!nodes(n).any_overgrown || !releases_near(n)) return;
         const openvdb::Coord origin = leaves_[n]->origin();
@@ -99,7 +99,7 @@ class Keeper {
   private:
     const LeafNodes& nodes(std::size_t leaf) const { return nodes_[leaf * stride_]; }
 
-    // Leaves on several sides may give the same node the same value.
+    // Several leaves may write the same value to a node at once.
     void keep(std::size_t leaf, openvdb::Index node, float background) const {
         const float old = before_[leaf * Leaf::SIZE + node];
         if (!nodes(leaf).released || !(old < 0.0f)) return;
@@ -129,7 +129,7 @@ class Keeper {
     const std::size_t stride_;
 };
 
-// Makes the leaves of the surface's band that lie inside the layer and that it has none for.
+// Adds leaves to a layer where the surface's band has one inside the layer and the layer has none.
 // \returns their origins, in ascending order.
 std::vector<openvdb::Coord> make_exposed_leaves(Grid& phi, const Grid& surface) {
     std::vector<const Leaf*> above;
@@ -151,8 +151,7 @@ std::vector<openvdb::Coord> make_exposed_leaves(Grid& phi, const Grid& surface) 
     return made;
 }
 
-// A node of the surface's band that the layer has no voxel for yet: inside, it becomes one; outside, it stays
-// out.
+// Adds voxels to a layer at nodes of the surface's band that lie inside the layer and have none yet.
 void expose(Leaf& leaf, const Leaf& above, bool made) {
     Nodes added = above.getValueMask();
     added -= leaf.getValueMask();
@@ -160,13 +159,13 @@ void expose(Leaf& leaf, const Leaf& above, bool made) {
         if (made || leaf.getValue(it.pos()) < 0.0f) leaf.setValueOn(it.pos(), above.getValue(it.pos()));
 }
 
-// A released node follows the surface, by little. One that is suddenly deep under it has been closed over by
-// a film: there the layer's front stays.
+// The new value of a released node: the surface's, unless that is lower than the old one by more than
+// \p most. Then a film has closed over the node, and the layer's front stays.
 float follow(float old, float surface, float most) {
     return surface < old - most ? old : surface;
 }
 
-// phi = max(phi, surface) on the surface's band; elsewhere nothing can have changed, or all of it is gone.
+// Sets phi = max(phi, surface) on the surface's band. Elsewhere the layer is unchanged, or gone.
 void cut(Grid& phi, const Grid& surface, const Domain& domain, const Grown* grown) {
     const auto snap = static_cast<float>(thinnest_film(domain));
     const float background = phi.background(), most = 0.5f * static_cast<float>(domain.spacing);
@@ -182,7 +181,7 @@ void cut(Grid& phi, const Grid& surface, const Domain& domain, const Grown* grow
             const Leaf* above = top.probeConstLeaf(leaf.origin());
             const bool is_made = std::binary_search(made.begin(), made.end(), leaf.origin());
             if (above) expose(leaf, *above, is_made);
-            if (is_made) flood(leaf);  // it has the outside background everywhere else
+            if (is_made) flood(leaf);  // elsewhere it holds the outside background
             const auto first = leaf.cbeginValueOn();
             const float far = !above && first && inside(surface, first.getCoord()) ? -background : background;
             const RowBits* grew = grown ? grown->in(leaf.origin()) : nullptr;

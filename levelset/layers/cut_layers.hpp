@@ -10,7 +10,7 @@
 
 namespace sidewall::levelset {
 
-/// Some nodes of a leaf, as Nodes but left as they are where many are made: bit z of row 8 x + y.
+/// A set of a leaf's nodes, bit z of row 8 x + y: like Nodes, but not initialised where many are made.
 using RowBits = std::array<std::uint8_t, 64>;
 
 inline bool has(const RowBits& bits, std::size_t node) {
@@ -22,27 +22,27 @@ struct Grown {
     const surface::LeafTable& table;  ///< of the surface's leaves
     LargeVector<RowBits> nodes;       ///< by leaf
 
-    /// The nodes of the leaf at an origin; null if it was none of the surface's.
+    /// The nodes of the surface's leaf at \p origin; null if there is no such leaf.
     const RowBits* in(const openvdb::Coord& origin) const {
         const std::int32_t leaf = table.find(origin.x() >> 3, origin.y() >> 3, origin.z() >> 3);
         return leaf < 0 ? nullptr : &nodes[static_cast<std::size_t>(leaf)];
     }
 };
 
-/// Releases the nodes of lower layers that were bare before a time step and did not grow, for cut_layers to set: they
-/// follow the surface, and nothing that re-distancing changes there can come to lie on them. Not so beside a piece of
-/// their layer's front that a film grows over: the surface leaves it, and the layer's front stays.
+/// Marks nodes of lower layers, exposed before a time step, where the surface did not move outwards.
+/// cut_layers gives them the surface's values, so that no change by re-distancing counts as a film on them.
+/// Nodes beside a piece of their layer's front that a film grows over are not marked: that front stays.
 ///
-/// \param leaves  of the surface, which has moved and is not re-distanced yet.
-/// \param table   of the leaves, kept by the result.
-/// \param before  their values at the time step's start, Leaf::SIZE a leaf.
-/// \returns the nodes that grew.
+/// \param leaves  those of the surface, which has moved and is not re-distanced yet.
+/// \param table   table of the leaves, kept by the result.
+/// \param before  the leaves' values at the time step's start, Leaf::SIZE per leaf.
+/// \returns the nodes at which the surface moved outwards.
 /// \note Parallel; O(n) in voxels.
 Grown release_exposed(MaterialStack& stack, std::span<Leaf* const> leaves, const surface::LeafTable& table,
                       const float* before);
 
-/// Cuts every layer by the surface after it moved. Layers nearer to it than thinnest_film coincide with it from
-/// then on, but for \p grown nodes: a film may grow by less than that in a time step.
+/// Cuts every layer by the surface after it moved. Layers nearer to it than thinnest_film then coincide with
+/// it, except at \p grown nodes: a film may grow by less than that in a time step.
 void cut_layers(MaterialStack& stack, const Grown* grown = nullptr);
 
 }  // namespace sidewall::levelset

@@ -13,34 +13,35 @@
 namespace sidewall::levelset {
 namespace {
 
-// A cell's corners inside that have less trilinear weight than this together are there by rounding alone: the
-// point lies on a face of the cell, and its material beyond that face.
+// Total trilinear weight of a cell's inside corners below which it comes from rounding alone: the point lies
+// on a face of the cell, and its material beyond that face.
 constexpr float kLeastWeight = 1e-3f;
 
-// With less of this trilinear weight inside, a cell whose corners are all bare is examined by find().
+// A cell whose corners are all bare needs find() only if the weight of inside corners is less than this.
 constexpr float kEnough = 0.01f;
 
-// An interface whose rise makes less than about 25 degrees with the surface's (cosine above kParallel) runs
-// under a film, else the surface cuts it. In films of less than kThinFilm cells the two fronts' slopes are
-// less certain and 60 degrees pass. With a kThinFilm or a kParallel of 0.6 the silicon under an undercut mask
+// An interface counts as covered by a film if its gradient is within about 25 degrees of the surface's
+// (cosine above kParallel); else the surface cuts it. In films thinner than kThinFilm cells slopes are less
+// certain, and 60 degrees pass. With a kThinFilm or a kParallel of 0.6 the silicon under an undercut mask
 // counts as covered and etches 5 % too little (stack_test.cpp, "a mask undercut by four times its
 // thickness").
 constexpr float kThinFilm = 0.25f, kParallel = 0.9f, kThinParallel = 0.5f;
 
-// How much of the way along the surface's inward normal a layer's depth falls by: all of it where the surface
-// leaves the layer straight into the one above, none where the layer goes on. Halfway between the two; the
-// tests pass with 0.1 and 0.9, too.
+// If a layer's depth falls by more than this per length along the surface's inward normal, the normal leads
+// out of the layer into the one above: by 1 if straight, by 0 where the layer continues. 0.1 and 0.9 pass
+// the tests, too.
 constexpr float kStraight = 0.5f;
 
-// A layer as seen from one node inside: its depth below the point, and the slopes of both fronts per cell.
+// A layer as read at one inside node: its depth below the point, and changes of its phi and of the surface's
+// over one cell along each axis.
 struct Reading {
     float depth = 0.0f;
     Eigen::Vector3f rise = Eigen::Vector3f::Zero(), surface_rise = Eigen::Vector3f::Zero();
 };
 
-// What the stack holds at a node, ghosts included: whether it lies inside (in the band), the surface's value,
-// and those of the layers. A layer that has no voxel here lies deeper than the band: only exposed layers
-// share the surface's voxels.
+// The stack's values at a node, ghosts included: whether it lies inside (in the band), and phi of the surface
+// and of the layers. A layer without a voxel there lies deeper than the band, as only exposed layers share
+// the surface's voxels.
 class GridValues {
   public:
     explicit GridValues(const MaterialStack& stack)
@@ -86,7 +87,7 @@ class LeafValues {
     bool solid(const openvdb::Coord& node) const { return active(node) && top_[at(node)] <= 0.0f; }
     float top(const openvdb::Coord& node) const { return top_[at(node)]; }
     float layer(std::size_t k, const openvdb::Coord& node) const { return layers_[k][at(node)]; }
-    // Whether all layers are bare.
+    // Whether all lower layers are exposed at a node.
     bool bare(const openvdb::Coord& node) const {
         const std::size_t n = at(node);
         const auto touching = static_cast<float>(thinnest_film(stack_.domain));
@@ -115,11 +116,11 @@ class LeafValues {
     bool loaded_ = false;
     openvdb::Coord origin_;
     Values top_;
-    std::array<std::uint16_t, kSide * kSide> active_;  // in the surface's band, by row
+    std::array<std::uint16_t, kSide * kSide> active_;  // nodes in the surface's band, by row
     std::vector<Values> layers_;
 };
 
-// The values and active nodes of a leaf, or of none.
+// The values and active nodes of a leaf; null for a missing one.
 struct LeafRows {
     const float* value = nullptr;
     const Leaf::NodeMaskType* active = nullptr;
@@ -148,10 +149,10 @@ std::array<std::uint16_t, LeafValues::kSide * LeafValues::kSide> LeafValues::rea
     for (int y = 0; y < kSide; ++y)
         own_y[static_cast<std::size_t>(y)] = domain.source_node(1, origin_.y() + y - kBefore);
     struct Column {
-        int x = -1, y = -1;  // of the leaves; none of the domain's lies there
+        int x = -1, y = -1;  // leaf coordinates; -1: no leaf of the domain
         LeafRows below, at, above;
     };
-    std::array<Column, 3> columns;  // before, of and behind the leaf along y
+    std::array<Column, 3> columns;  // before, at and behind the leaf along y
     std::array<std::uint16_t, kSide * kSide> active;
     std::size_t n = 0;
     for (int x = 0; x < kSide; ++x) {
@@ -209,7 +210,7 @@ class LayerDepths::Reader {
     void at(const Vec3& point, const openvdb::Coord& node, std::span<float> depth);
 
   private:
-    // The corners of a point's cell, with their trilinear weights: of those inside, and of the others.
+    // The corners of a point's cell; trilinear weights of those inside (and their sum), and of the others.
     struct Cell {
         std::array<openvdb::Coord, 8> corners;
         std::array<float, 8> weights{}, outside{};
@@ -240,7 +241,7 @@ class LayerDepths::Reader {
 template <class Source>
 LayerDepths::Reader::Cell LayerDepths::Reader::cell_of(const Source& values, const Vec3& point) const {
     const openvdb::Coord low = low_corner(point);
-    std::array<std::array<double, 2>, 3> share;  // of the weights, by axis and side
+    std::array<std::array<double, 2>, 3> share;  // factors of the weights, by axis and side
     for (int axis = 0; axis < 3; ++axis) {
         const double within = point[axis] - low[axis];
         share[static_cast<std::size_t>(axis)] = {1.0 - std::abs(within), 1.0 - std::abs(within - 1.0)};
@@ -259,7 +260,7 @@ LayerDepths::Reader::Cell LayerDepths::Reader::cell_of(const Source& values, con
 }
 
 // A film on a body's corner may have no node inside but one on the corner itself, which does not show what
-// lies beyond. The nodes outside do where the film keeps the layer away from all of them: there it holds its
+// lies beneath. Nodes outside show it if the film separates the layer from all of them: there it holds its
 // own distances. \returns the layer's depth by these, or 0.
 template <class Source>
 float LayerDepths::Reader::cover_outside(const Source& values, std::size_t layer, const Cell& cell) const {
@@ -283,7 +284,7 @@ Reading LayerDepths::Reader::read(const Source& values, std::size_t layer, const
     if (thickness <= touching_) return reading;  // exposed
     reading.depth = layer_value;
     for (int axis = 0; axis < 3; ++axis) {
-        // From neighbours inside alone, on both sides or on one.
+        // Differences to neighbours inside only, on both sides or on one.
         float run = 0.0f;
         for (const int side : {-1, 1}) {
             openvdb::Coord next = node;
@@ -299,8 +300,8 @@ Reading LayerDepths::Reader::read(const Source& values, std::size_t layer, const
         reading.surface_rise[axis] /= run;
         reading.depth += reading.rise[axis] * static_cast<float>(point[axis] - node[axis]);
     }
-    // Under a film both slopes are equal, and their difference is its thickness; extrapolating errs by the
-    // film's curvature, which matters most where it is thin.
+    // Under a film both fronts have equal slopes, and their values differ by its thickness. Extrapolation
+    // errs by the film's curvature, which matters most where it is thin.
     const float parallel = thickness < kThinFilm * dx_ ? kThinParallel : kParallel;
     if (reading.rise.dot(reading.surface_rise) > parallel * reading.rise.norm() * reading.surface_rise.norm())
         reading.depth = thickness;
@@ -324,7 +325,7 @@ Reading LayerDepths::Reader::mean_reading(const Source& values, std::size_t laye
 
 float LayerDepths::Reader::depth_of(const Reading& reading) const {
     if (reading.depth > touching_) return reading.depth;
-    // The sample may lie in a layer, or at its end, where the surface leaves it straight into the next one.
+    // The point may be at the layer's end, where the inward normal leads straight into the next one.
     const float length = reading.surface_rise.norm();
     const float along = length > 0.0f ? -reading.rise.dot(reading.surface_rise) / (length * dx_) : 0.0f;
     if (along <= kStraight) return 0.0f;
@@ -335,7 +336,7 @@ void LayerDepths::Reader::at(const Vec3& point, const openvdb::Coord& node, std:
     const openvdb::Coord leaf = node & ~7, low = low_corner(point);
     if (!near_.is_of(leaf)) near_.load(leaf);
     if (!near_.holds(low)) return at(point, depth);
-    // Most points of a lowest layer: all corners are bare, and find() would give depth 0.
+    // Shortcut for most points of a lowest layer: all corners are bare, and find() would give depth 0.
     const Cell cell = cell_of(near_, point);
     if (cell.sum > kEnough && std::all_of(cell.corners.begin(), cell.corners.end(),
                                           [&](const openvdb::Coord& c) { return near_.bare(c); }))
@@ -348,7 +349,7 @@ template <class Source>
 void LayerDepths::Reader::find(const Source& values, const Cell& cell, const Vec3& point,
                                std::span<float> depth) const {
     if (cell.sum < kLeastWeight) {
-        // Material thinner than a cell: the values as they are.
+        // Material thinner than a cell: depths are differences of interpolated values.
         const Domain& domain = stack_.domain;
         const Vec3 world(domain.min[0] + point.x() * domain.spacing,
                          domain.min[1] + point.y() * domain.spacing, point.z() * domain.spacing);
@@ -359,12 +360,12 @@ void LayerDepths::Reader::find(const Source& values, const Cell& cell, const Vec
     }
     for (std::size_t k = 0; k < depth.size(); ++k) {
         depth[k] = depth_of(mean_reading(values, k, cell, point));
-        // What covers it there is the film on all; lower layers meet at corners that marching cubes fills.
+        // Only for the layer under the top film: lower ones meet at corners that marching cubes fills.
         if (k + 1 == depth.size() && depth[k] <= touching_)
             depth[k] = std::max(depth[k], cover_outside(values, k, cell));
     }
-    // No layer lies above the one over it. Where several materials meet under a film, each by itself is
-    // less certain than all of them together.
+    // No layer is less deep than the one above it. Where several materials meet under a film, each depth is
+    // less certain by itself than all of them together.
     for (std::size_t k = depth.size(); k-- > 1;)
         if (depth[k] > touching_) depth[k - 1] = std::max(depth[k - 1], depth[k]);
 }

@@ -7,31 +7,31 @@
 
 namespace sidewall::levelset {
 
-/// Depths of the lower layers under points on the surface. Holds caches: one object a thread.
+/// Depths of the lower layers under points on the surface. Holds caches: use one object per thread.
 /// \pre the stack outlives it and does not change meanwhile.
 class LayerDepths {
   public:
     explicit LayerDepths(const MaterialStack& stack);
 
-    /// Depth of each lower layer below \p point (index space, on the surface), world units, to \p depth (one
-    /// value a layer but the last): at most thinnest_film where the layer is exposed. Where the surface leaves
-    /// an exposed layer straight into the one above, as under a mask, it is minus what is left of the layer
-    /// there.
+    /// Writes the depth of each lower layer below \p point (index space, on the surface) to \p depth, in
+    /// world units, one value for each layer but the last. It is at most thinnest_film where the layer is
+    /// exposed. Where the surface's inward normal leads out of an exposed layer straight into the one above,
+    /// as under a mask, it is minus the thickness left of the layer.
     ///
-    /// Layers are cut by the surface, so that in the gas they repeat its values: an interface is
-    /// extrapolated from the nodes inside alone, by their own slope.
+    /// Layers are cut by the surface and hold its values in the gas. Interfaces are therefore extrapolated
+    /// from inside nodes alone, by the slopes there.
     void at(const Vec3& point, std::span<float> depth) const;
 
-    /// Depths as above, at a fraction of the cost for many points in turn whose \p node, at most a cell away from each,
-    /// lies in one leaf.
+    /// The same depths at a fraction of the cost, if successive points have their \p node (at most a cell
+    /// away from the point) in one leaf.
     void at(const Vec3& point, const Eigen::Vector3i& node, std::span<float> depth);
 
   private:
     class Reader;
-    std::shared_ptr<Reader> reader_;  // by copies, too
+    std::shared_ptr<Reader> reader_;  // shared by copies
 };
 
-/// Material of a triangle whose centroid is \p point on the surface, world units: that of the layer exposed there.
+/// Material of the layer exposed at \p point, a triangle's centroid on the surface; world units.
 int exposed_material(const MaterialStack& stack, const Vec3& point);
 
 }  // namespace sidewall::levelset

@@ -5,9 +5,9 @@
 namespace sidewall::levelset {
 namespace {
 
-constexpr int kSampleReach = 2;  // nodes, from the one nearest to the foot point
+constexpr int kSampleReach = 2;  // in nodes, from the node nearest to the foot point
 
-// Beyond a periodic side lie the voxels of the other one: there all counts as near.
+// Whether voxels within the margin lie across a periodic side; they are not searched, so all counts as near.
 bool beside_periodic_side(const Domain& domain, const openvdb::Coord& origin, int margin) {
     for (int axis = 0; axis < 2; ++axis)
         if (domain.side[static_cast<std::size_t>(axis)] == Side::periodic &&

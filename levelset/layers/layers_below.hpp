@@ -13,18 +13,18 @@ class LayersBelow {
     /// \param origin  of the leaf.
     LayersBelow(const MaterialStack& stack, const openvdb::Coord& origin);
 
-    /// Whether no lower layer has a leaf at the leaf's place or around it, where the foot points of all its nodes lie.
+    /// Whether no lower layer has a leaf at \p origin or around it, where the foot points of its nodes lie.
     static bool none_around(const MaterialStack& stack, const openvdb::Coord& origin);
 
-    /// Whether no lower layer has a voxel that determines the material at a node's foot point: none at the corners of its cell
-    /// nor beside them, wherever within 0.3 dx of it the surface may lie.
-    /// \param foot  less the node, dx; at most a cell away.
+    /// Whether no lower layer has a voxel that determines the material at a node's foot point: none at the
+    /// corners of its cell or beside them, even if the surface lies up to 0.3 dx from that point.
+    /// \param foot  the foot point relative to the node, in dx; at most a cell away.
     bool none_near(const openvdb::Coord& node, const Vec3& foot) const;
 
   private:
     static constexpr int kMargin = 3, kSide = 8 + 2 * kMargin;
     bool any_ = false;
-    // Rows of nodes along z, bit z + kMargin; those within 2 of a voxel of a lower layer.
+    // Nodes within 2 nodes of a lower layer's voxel, in rows along z: bit z + kMargin.
     std::array<std::uint16_t, static_cast<std::size_t>(kSide* kSide)> near_{};
 };
 

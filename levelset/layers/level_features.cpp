@@ -14,15 +14,15 @@ namespace {
 
 using FeatureBlock = Block<1>;
 
-// Nodes, in dx from the front, whose neighbours along edges and along axes all lie in the narrow band.
+// Distances from the front, in dx, within which diagonal or face neighbours all lie in the narrow band.
 constexpr float kWithDiagonals = 1.5f, kWithFaces = 2.0f;
 
-// A change of slope across a node, between the fronts of a gap or of a thin piece, is near 2; on a sphere
-// whose radius is as its distance it is below this.
+// Largest change of slope across a node along an axis with a single front near. Between the two fronts of a
+// gap or a thin piece it is near 2; on a sphere with the node's distance as its radius it is below this.
 constexpr double kOpposing = 0.75;
 
-// Second differences of phi at a node, per dx. Of a distance, their square sum is that of the principal
-// curvatures.
+// Second differences of phi at a node, over dx. The sum of their squares is that of the principal curvatures
+// (per cell) if phi is a distance.
 class Hessian {
   public:
     Hessian(const FeatureBlock& block, int at, double dx)
@@ -59,9 +59,10 @@ bool is_feature(const FeatureBlock& block, int at, float distance, double dx, do
     return squares > bend * bend;
 }
 
-// Cells of the coarser level from a feature to where it counts: the way the front may go until the columns
-// are chosen anew, at most half a cell of the finest level a time step, and what an interpolation reads.
-// Where two fronts meet at a small angle their line may go faster, but there the surface is nearly smooth.
+// Distance around a feature, in cells of the coarser level, in which the finer one has to count: the front's
+// path until columns are chosen anew, at most half a cell of the finest level a time step, and the reach of
+// an interpolation. The line in which two fronts meet at a small angle may be faster, but there the surface
+// is nearly smooth.
 int reach(const Domain& coarse) {
     constexpr int kInterpolated = 2;
     return kInterpolated + (kTimeStepsBetweenChoices / 2 + coarse.times_finest - 1) / coarse.times_finest;
@@ -80,7 +81,7 @@ void mark_features(const MaterialStack& stack, const Grid& grid, LevelColumns& c
             const Leaf& leaf = *leaves[n];
             const openvdb::Coord o = leaf.origin();
             if (!counts_at(*stack.coarser, nullptr, o.x(), o.y()))
-                continue;  // beside a margin nothing is known
+                continue;  // a margin's leaves lack neighbours
             load_block(data, coarse, leaf, grid.background(), block);
             NodeBox box;
             for (auto it = leaf.cbeginValueOn(); it; ++it) {

@@ -17,8 +17,8 @@ namespace {
 
 constexpr int kNodes = LevelColumns::kNodes, kShift = LevelColumns::kShift;
 
-// Along an axis: a last column without cells goes with the one before it, and at a periodic side, where both
-// ends of the surface must be one line, the first and the last column go together.
+// Gives columns at the ends of an axis the same flag: a last one without cells and the one before it; at a
+// periodic side, where both ends of the surface must be one line, the first and the last.
 void close_ends(const Domain& domain, LevelColumns& columns) {
     for (std::size_t axis = 0; axis < 2; ++axis) {
         const int last = columns.count[axis] - 1, across = columns.count[1 - axis];
@@ -36,15 +36,15 @@ void close_ends(const Domain& domain, LevelColumns& columns) {
     }
 }
 
-// Calls use(x, y) with the columns of 2^shift nodes a side that hold nodes of block (x, y), of so many nodes
-// a side, and of those around it.
+// Calls use(x, y) with the columns of 2^shift nodes a side that hold nodes of block (x, y), which is \p nodes
+// wide, and of the blocks within \p reach around it.
 template <class Use>
 void each_column_around(const Domain& domain, int nodes, int x, int y, int reach, int shift, Use&& use) {
     each_column_between(domain, {nodes * (x - reach), nodes * (y - reach)},
                         {nodes * (x + reach + 1) - 1, nodes * (y + reach + 1) - 1}, shift, use);
 }
 
-// The columns of a domain that hold nodes of \p columns, which are \p nodes of the domain wide, or of those
+// The columns of a domain that hold nodes of \p columns, which are \p nodes of the domain wide, or of columns
 // around them within \p reach.
 LevelColumns widened(const Domain& domain, const LevelColumns& columns, int nodes, int reach) {
     LevelColumns result = all_columns(domain).none();
@@ -60,7 +60,7 @@ void unite(LevelColumns& columns, const LevelColumns& more) {
     for (std::size_t n = 0; n < columns.own.size(); ++n) columns.own[n] |= more.own[n];
 }
 
-// What becomes of a level's leaves, each a column, when \p columns become its own; those that were before
+// The source of a level's leaves, by column, when \p columns become its own: columns that were its own before
 // keep their values.
 LeafColumns leaf_columns(const MaterialStack& stack, const LevelColumns& columns) {
     const LevelColumns with_margin = widened(stack.domain, columns, kNodes, stack.margin);
@@ -78,16 +78,16 @@ void set_columns(MaterialStack& stack, LevelColumns columns) {
     prolongate(stack, leaves);
 }
 
-// Each level sampled around what the coarser one shows. The finest one is not made distances of yet.
+// Samples each level where the coarser one shows features. The finest one's values are not distances yet.
 MaterialStack sample_levels(const Domain& domain, int levels, int margin, const StackSampler& sample) {
     if (levels == 1) return sample(domain, {});
     MaterialStack stack{domain, {}};
     stack.coarser =
         std::make_shared<MaterialStack>(sample_levels(coarser_domain(domain), levels - 1, margin, sample));
     stack.columns = all_columns(domain);
-    // Two more on each side, one of the coarser level's, for what finer levels read beyond their own ones.
+    // Two more columns on each side (one of the coarser level), which finer levels read beyond their own.
     stack.columns = widened(domain, columns_of_features(stack), kNodes, 2);
-    stack.margin = 2;  // the leaves in which distances will be off
+    stack.margin = 2;  // leaves beside missing columns, in which distances will be off
     const LeafColumns leaves = leaf_columns(stack, stack.columns);
     stack.layers = sample(domain, [&](int x, int y) { return leaves.at(x, y) != LeafColumn::none; }).layers;
     stack.margin = margin;
@@ -95,8 +95,8 @@ MaterialStack sample_levels(const Domain& domain, int levels, int margin, const 
     return stack;
 }
 
-// The level set of twice the spacing with the same front. Its narrow band is twice as wide: what lies beyond
-// the finer one's is the distance to the front as a mesh.
+// The level set of twice the spacing with the same front. As its narrow band is twice as wide, its values are
+// distances from the front's mesh.
 GridPtr coarser_grid(const Grid& grid, const Domain& domain) {
     const TriangleMesh front = extract_surface(grid, domain);
     if (front.triangles.empty()) return make_grid(coarser_domain(domain));
@@ -212,8 +212,7 @@ void choose_columns(MaterialStack& stack, const std::vector<LevelColumns>& wante
     for (std::size_t n = 0; n < levels.size(); ++n) {
         LevelColumns columns = columns_of_features(*levels[n]);
         if (!wanted.empty()) unite(columns, wanted[n]);
-        // One more around those of the finer level: no two levels meet that differ by more than a factor of
-        // two.
+        // Also a column around those of the finer level, so that levels that meet differ by a factor of two.
         if (n > 0) unite(columns, widened(levels[n]->domain, chosen.back(), kNodes / 2, 1));
         close_ends(levels[n]->domain, columns);
         chosen.push_back(std::move(columns));

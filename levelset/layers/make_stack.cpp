@@ -15,18 +15,18 @@ namespace {
 // of the distance is smaller than the distance and makes it wider.
 constexpr double kMargin = 2.0 * kHalfWidth;
 
-// Bodies that touch what they are joined to or cut out of reach so much farther, in dx: no film without
+// Bodies are extended by this, in dx, where they are joined to or cut out of others, so that no film without
 // thickness is left between them.
 constexpr double kTouching = 1e-4;
 
 using Bodies = std::vector<std::pair<int, Shape>>;
 
-// What of a stack's bodies, in their order, makes a layer: united or, if they are subtracted, cut out.
+// A layer made of a stack's bodies in their order: each is united or, if subtracted, cut out.
 struct Union {
     const Bodies& bodies;
     const std::vector<Body>& body;
     double touching;                 // world units
-    std::vector<std::size_t> parts;  // of body, the first one a piece of material or of gas by itself
+    std::vector<std::size_t> parts;  // indices in body; the first (material or gas) gives the start value
 
     double part(std::size_t k, const Vec3& p) const {
         const double d = body[k].distance(p);
@@ -47,7 +47,7 @@ struct Union {
         Union result{bodies, body, touching, {}};
         double low = 0.0, high = 0.0;  // of the values so far
         for (const std::size_t k : parts) {
-            // On the sides of an open mesh its sign may change at any distance.
+            // On the sides of an open mesh the sign of its distance may change however far the mesh is.
             const double reach = bodies[k].second.kind == ShapeKind::mesh ? kInfinity : radius;
             const double value = part(k, centre), least = value - reach, most = value + reach;
             const bool cuts = bodies[k].second.subtract;

@@ -16,18 +16,17 @@ namespace {
 
 using CoarseBlock = Block<2>;
 
-// Coarse nodes along an axis that the eight nodes of a fine leaf are interpolated from; the first lies before
-// them.
+// Number of coarse nodes along an axis that a fine leaf is interpolated from; the first lies before it.
 constexpr int kReached = 7;
 constexpr int kFine = 8;
 
-// The values that each pass along an axis interpolates.
+// Values at a node, interpolated along one axis after the other.
 struct Interpolated {
     float cubic = 0.0f, linear = 0.0f;
     float farthest = 0.0f;  // the largest absolute value that the cubic is made of
 };
 
-// Fine node \p t along an axis from the coarse nodes' values, \p at(n) for n from 0 to kReached - 1.
+// Interpolates fine node \p t along an axis from coarse values \p at(n), n = 0 .. kReached - 1.
 template <class At>
 Interpolated along(int t, At&& at) {
     const int c = (t >> 1) + 1;
@@ -37,7 +36,7 @@ Interpolated along(int t, At&& at) {
             std::max(std::max(a.farthest, b.farthest), std::max(d.farthest, e.farthest))};
 }
 
-// Values of the eighth of a coarse leaf that lies at \p corner (each 0 or 1), in the order of a leaf's.
+// The fine leaf's values in the octant \p corner (each 0 or 1) of a coarse leaf, in a leaf's order.
 void interpolate(const CoarseBlock& block, const openvdb::Coord& corner, float background,
                  std::array<float, Leaf::SIZE>& out) {
     constexpr std::size_t kR = kReached, kF = kFine;
@@ -70,8 +69,8 @@ void interpolate(const CoarseBlock& block, const openvdb::Coord& corner, float b
             }
 }
 
-// Lowers no value of a layer below those of the layer over it, and makes those equal that differ by less than
-// \p snap.
+// Raises values of a layer that are below those of the layer above; values that exceed them by less than
+// \p snap become equal.
 void keep_below(const Grid& above, const openvdb::Coord& origin, float snap,
                 std::array<float, Leaf::SIZE>& values) {
     const Leaf* leaf = above.getConstUnsafeAccessor().probeConstLeaf(origin);
@@ -104,7 +103,7 @@ LeafColumn source_of(const LeafColumns& columns, const openvdb::Coord& origin) {
     return columns.at(origin.x() >> 3, origin.y() >> 3);
 }
 
-// Leaves that go, and those that come, of one layer.
+// Leaves to remove from a layer, and leaves to add.
 struct Changes {
     std::vector<openvdb::Coord> gone;
     std::vector<std::unique_ptr<Leaf>> made;
@@ -188,11 +187,10 @@ void make_missing(const Grid& fine, const LevelColumns& columns, const Domain& c
     }
 }
 
-// The eighth of a coarse leaf from \p low on, in a column of the finer level, from its leaf there; \p from:
-// null if there is none.
+// Injects into the octant of a coarse leaf that begins at \p low. \p from: the fine leaf there, or null.
 void inject_eighth(const Grid& fine, const Leaf* from, const openvdb::Coord& low, const Domain& coarse_domain,
                    Leaf& leaf) {
-    const float beyond = fine.background();  // what a node off the fine band is away from the front at least
+    const float beyond = fine.background();  // least distance from the front of a node off the fine band
     const float* values = from != nullptr ? from->buffer().data() : nullptr;
     float* own = leaf.buffer().data();
     for (int row = 0; row < 16; ++row) {

@@ -5,13 +5,13 @@
 
 #include "levelset/layers/stack.hpp"
 
-// How the values of one level come from those of the next.
+// Transfer of values between one level and the next.
 namespace sidewall::levelset {
 
 /// The source of the values of a level's leaves, by column of leaves (8 nodes wide).
 enum class LeafColumn : std::uint8_t {
     none,          ///< there are no leaves
-    interpolated,  ///< they are made of the coarser level's
+    interpolated,  ///< leaves are interpolated from the coarser level
     kept
 };
 
@@ -23,14 +23,15 @@ struct LeafColumns {
     LeafColumn at(int x, int y) const { return source[static_cast<std::size_t>(x * count[1] + y)]; }
 };
 
-/// Interpolates a level's leaves from those of stack.coarser where \p columns say so: shared nodes take the coarser
-/// values, those between cubics of four nodes along each axis, or linear means where these reach beyond the narrow band. No
-/// lower layer comes to lie above the one over it.
+/// Interpolates a level's leaves from those of stack.coarser where \p columns say so. Shared nodes take the
+/// coarser values; nodes between get cubics through four nodes along each axis, or linear means where those
+/// four reach beyond the narrow band. No layer comes to lie above the next one.
 /// \note Parallel; O(n) in the leaves made.
 void prolongate(MaterialStack& stack, const LeafColumns& columns);
 
-/// Injection: gives stack.coarser the values of this level in \p columns of this level. Where the coarser one's narrow band is wider
-/// it keeps its own, on the side where this level has the front.
+/// Injection: in \p columns of this level, shared nodes of stack.coarser take the values of its narrow band.
+/// Elsewhere they keep their own values if these are no smaller than its band's half-width and have its sign
+/// (not compared where it has no leaf); else they get that half-width with its sign.
 void inject(MaterialStack& stack, const LevelColumns& columns);
 
 }  // namespace sidewall::levelset

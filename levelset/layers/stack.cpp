@@ -10,28 +10,26 @@
 namespace sidewall::levelset {
 namespace {
 
-// The share of a node's cell within a front, as if the front were a plane across an axis.
+// The share of a node's cell inside a front, which is taken for a plane across an axis.
 float share(float phi, float dx) {
     return std::clamp(0.5f - phi / dx, 0.0f, 1.0f);
 }
 
-// The share of a node's cell that lies within the domain; of an axial one, the ring that the cell makes, in
-// cells.
+// The share of a node's cell that lies within the domain; in an axial one, the cell's ring, in cells.
 double weight(const Domain& domain, const openvdb::Coord& node) {
     double weight = 1.0;
     for (std::size_t a = 0; a < 2; ++a) {
         const int n = node[static_cast<int>(a)];
         if (domain.side[a] == Side::reflective && (n == 0 || n == domain.cells[a])) weight *= 0.5;
     }
-    // The middle of the cell counts, at the axis and at the rim of the half cell.
+    // The radius of the cell's middle; at the axis and at the rim, of the half cell's.
     if (domain.axial)
         weight *= 2.0 * std::numbers::pi *
                   std::clamp<double>(node.x(), 0.25, static_cast<double>(domain.cells[0]) - 0.25);
     return weight;
 }
 
-// volume_left of one level where it counts, from the leaf number \p start on. \p finer: the next finer level,
-// or null.
+// volume_left of one level where it counts. \p finer: the next finer level, or null.
 double volume_of_level(const MaterialStack& stack, std::size_t layer, double enough, std::size_t& start,
                        const MaterialStack* finer) {
     const Grid& own = *stack.layers[layer].phi;
@@ -49,7 +47,7 @@ double volume_of_level(const MaterialStack& stack, std::size_t layer, double eno
         const Leaf* under = below != nullptr ? below->tree().probeConstLeaf(leaf.origin()) : nullptr;
         double here = 0.0;
         for (auto value = leaf.cbeginValueOn(); value; ++value) {
-            // Near the layer's front alone: where both fronts coincide their bands may differ at the rim.
+            // Only near the layer's front: where both fronts coincide, their bands may differ at the rim.
             if (std::abs(*value) > 1.5f * dx) continue;
             const float lower =
                 under != nullptr ? under->getValue(value.pos()) : std::numeric_limits<float>::max();

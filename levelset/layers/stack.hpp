@@ -11,15 +11,16 @@
 
 namespace sidewall::levelset {
 
-/// One material: everything from the substrate up to and including it lies inside.
+/// One material. Its level set encloses everything from the substrate up to and including it.
 struct Layer {
     int material = 0;  ///< the caller's number for it
     GridPtr phi;
 };
 
-/// The columns of nodes, from the wafer's bottom to its top, that a level is responsible for (levelset/layers/levels.hpp).
+/// The columns of nodes, from the wafer's bottom to its top, that a level is responsible for
+/// (levelset/layers/levels.hpp).
 struct LevelColumns {
-    /// Nodes along a column's sides: a leaf, of which four lie over one of the next coarser level.
+    /// Width of a column in nodes: one leaf. Four leaves lie over one of the next coarser level.
     static constexpr int kNodes = 8, kShift = 3;
 
     std::array<int, 2> count{};     ///< along x and y
@@ -41,8 +42,8 @@ struct LevelColumns {
 struct MaterialStack {
     Domain domain;
     std::vector<Layer> layers;
-    /// The next coarser level: the materials at twice the spacing. Null if there is one level alone, as there is unless
-    /// levelset/layers/levels.hpp has made more.
+    /// The next coarser level: the same materials at twice the spacing. Null on the coarsest level, which is
+    /// the only one unless levelset/layers/levels.hpp has made more.
     std::shared_ptr<MaterialStack> coarser = nullptr;
     LevelColumns columns = {};  ///< where this level counts, if there is a coarser one
     int margin = 0;             ///< leaves around its columns, whose values come from the coarser level
@@ -58,9 +59,9 @@ inline bool counts_at(const MaterialStack& level, const MaterialStack* finer, in
     return own && (finer == nullptr || !finer->columns.of_coarser_node(i, j));
 }
 
-/// A layer counts as exposed where it lies at most this far below the surface, in cells of the finest level: there thinner
-/// films cannot be resolved, as re-distancing leaves slopes alone that are off by 2 %. What a film of many cycles
-/// loses by it is the same on all levels.
+/// A layer counts as exposed where it lies at most this deep below the surface, in cells of the finest level:
+/// thinner films cannot be resolved, as re-distancing accepts slopes that are off by 2 %. A film of many
+/// cycles loses the same by it on all levels.
 inline constexpr double kExposed = 0.02;
 
 /// kExposed as a length.
@@ -71,19 +72,18 @@ inline double thinnest_film(const Domain& domain) {
 /// A stack that shares nothing with this one.
 MaterialStack copy(const MaterialStack& stack);
 
-/// Puts a film of \p material, still without thickness, on everything, unless it is the uppermost layer
-/// already.
+/// Puts a film of \p material and thickness 0 on everything, unless it is the uppermost layer already.
 void begin_film(MaterialStack& stack, int material);
 
-/// Calls use(x, y) with the columns of 2^\p shift nodes a side (LevelColumns) that hold the domain's nodes from \p low to
-/// \p high along x and y, or the own nodes that those beyond its sides repeat. A column may come twice.
+/// Calls use(x, y) with the columns of 2^\p shift nodes a side (LevelColumns) that hold the source nodes of
+/// all nodes from \p low to \p high along x and y. A column may come twice.
 template <class Use>
 void each_column_between(const Domain& domain, std::array<int, 2> low, std::array<int, 2> high, int shift,
                          Use&& use) {
     std::array<std::vector<int>, 2> columns;
     for (int axis = 0; axis < 2; ++axis) {
         const auto a = static_cast<std::size_t>(axis);
-        for (int node = low[a]; node <= high[a]; ++node)  // all: beyond a side columns may begin anywhere
+        for (int node = low[a]; node <= high[a]; ++node)  // beyond a side, columns may begin anywhere
             if (const int column = domain.source_node(axis, node) >> shift;
                 columns[a].empty() || columns[a].back() != column)
                 columns[a].push_back(column);
@@ -92,16 +92,17 @@ void each_column_between(const Domain& domain, std::array<int, 2> low, std::arra
         for (const int y : columns[1]) use(x, y);
 }
 
-/// Volume that is left of a layer, counted until it reaches \p enough. Counts the nodes of its band where the layer is
-/// thicker than thinnest_film, below which it cannot be resolved; a thick layer holds more.
-/// \param start  in: where to begin, any number; out: where it was found, the place to begin the next time.
-/// \returns what is left, or as much as was counted when it was enough.
-/// \note O(1) while there is enough where the search begins, else O(n) at most.
+/// Volume left of a layer, counted until it reaches \p enough. Only nodes near its front count, and only
+/// where it is thicker than thinnest_film, below which it cannot be resolved; a thick layer holds more.
+/// \param start  in: leaf number to begin at, any; out: the leaf where some was found, to begin at next time.
+/// \returns the volume left, or the part counted when it was enough.
+/// \note O(1) while there is enough where the count begins, else O(n) at most.
 double volume_left(const MaterialStack& stack, std::size_t layer, double enough, std::size_t& start);
 
-/// Removes buried layers of which less than a cell of the finest level is left, the substrate excepted: what is left
-/// belongs to the layer above. Such a layer costs time in every later step, and its mesh would be of scraps.
-/// \param volumes  by layer, between its front and that of the layer below: a film too thin for the grid still has a volume here, and stays.
+/// Removes buried layers of which less than a cell of the finest level is left, except the substrate; what is
+/// left joins the layer above. Such layers cost time in every later step, and their meshes would be scraps.
+/// \param volumes  by layer, between its front and that of the layer below. A film too thin for the grid has
+///                 a volume here and stays.
 /// \returns whether there were any.
 bool drop_spent_layers(MaterialStack& stack, std::span<const double> volumes);
 

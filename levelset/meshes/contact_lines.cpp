@@ -19,29 +19,29 @@
 namespace sidewall::levelset {
 namespace {
 
-// In cells, how far from an edge between two fronts the line is looked for where one of them ends.
+// Cells: how far from a mesh edge between two fronts their contact line is searched.
 constexpr double kNear = 2.0;
 
-// Where on such an edge, from its end on the upper front: the line lies on that front.
+// Share of such an edge, from its end on the upper front, where the search starts: the line is on that front.
 constexpr double kFromFoot = 0.25;
 
-// In cells, how far marching cubes must have cut off a corner for it to be put back. Fronts that make less
-// than 45 degrees have none: there a film tapers off.
+// Cells: how far marching cubes must have cut off a corner for it to be restored. Fronts whose normals differ
+// by less than 32 degrees (cosine kAlike) have no corner: there a film tapers off.
 constexpr double kLeastCorner = 0.05, kAlike = 0.85;
 
-// The two sides of a corner face away from what cut it off by nearly a right angle where one of them is
-// short.
+// Least cosine between the normals of a triangle and its parts: the sides of a restored corner turn by nearly
+// a right angle from the triangle that cut it off if one side is short.
 constexpr double kFolded = -0.8;
 
-// In cells. Marching cubes makes shorter edges beside nodes; divided they would be parts of no area.
+// Cells: shorter edges, which arise beside nodes, are not divided: their parts would have no area.
 constexpr double kShortEdge = 0.05;
 
-// In cells, a rise along an edge of the grid that is none of a distance.
+// Cells: a larger rise along a grid edge is not that of a distance.
 constexpr double kFar = 5.0;
 
 constexpr std::size_t kOpen = static_cast<std::size_t>(-1);
 
-// A point that takes the place of an edge from a to b stays on the sides of the domain that the edge lies on.
+// Keeps a point that divides the edge from a to b on the sides of the domain that the edge lies on.
 void keep_on_sides(const Domain& domain, const Vec3& a, const Vec3& b, Vec3& point) {
     for (std::size_t axis = 0; axis < 2; ++axis) {
         const auto k = static_cast<Eigen::Index>(axis);
@@ -53,14 +53,14 @@ bool is_short(const Domain& domain, const Vec3& a, const Vec3& b) {
     return (b - a).norm() < kShortEdge * domain.spacing;
 }
 
-// Divides a mesh where the layers below it come out: one a mesh.
+// Divides one mesh where the layers below it come out.
 class Cutter {
   public:
     Cutter(const MaterialStack& stack, std::size_t of, CutMesh& result,
            std::vector<std::vector<double>> covers)
         : domain_(stack.domain), of_(of), result_(result), covers_(std::move(covers)) {}
 
-    // \returns where the layer right below comes out.
+    // \returns the contact line of the layer right below.
     Segments run() {
         result_.layer.assign(result_.mesh.triangles.size(), of_ == 0 ? 0 : kOpen);
         open_.assign(result_.mesh.vertices.size(), 1);
@@ -88,10 +88,10 @@ class Cutter {
     std::size_t of_;
     CutMesh& result_;
     std::vector<std::vector<double>> covers_;  // by layer and vertex
-    std::vector<std::uint8_t> open_;           // by vertex: no layer above covers it
+    std::vector<std::uint8_t> open_;           // by vertex: no layer tested so far is exposed there
 };
 
-// Adds a vertex where the cover is 0 on every edge along which it changes sign.
+// Adds a vertex at the zero of the cover on every mesh edge along which the cover changes sign.
 EdgePoints Cutter::divided_edges(std::size_t layer) {
     std::vector<double>& cover = covers_[layer];
     std::vector<Vec3>& vertices = result_.mesh.vertices;
@@ -104,7 +104,7 @@ EdgePoints Cutter::divided_edges(std::size_t layer) {
             if (is_short(domain_, vertices[a], vertices[b])) continue;
             if (!points.try_emplace(divided_edge(a, b), static_cast<std::uint32_t>(vertices.size())).second)
                 continue;
-            constexpr double kClear = 0.05;  // no triangle without area
+            constexpr double kClear = 0.05;  // of the edge, so that no triangle has zero area
             const double share = std::clamp(cover[a] / (cover[a] - cover[b]), kClear, 1.0 - kClear);
             result_.added.push_back({a, b, share});
             vertices.emplace_back(vertices[a] + share * (vertices[b] - vertices[a]));
@@ -115,7 +115,7 @@ EdgePoints Cutter::divided_edges(std::size_t layer) {
     return points;
 }
 
-// The line through a triangle or along its edge where the cover is 0, if there is one.
+// Adds the segment in a triangle or along its edge on which the cover is 0, if there is one.
 void Cutter::add_segment(const std::vector<double>& cover, const Triangle& t, const EdgePoints& points,
                          Segments& segments) const {
     const std::vector<Vec3>& vertices = result_.mesh.vertices;
@@ -163,21 +163,21 @@ void Cutter::divide(std::size_t layer, const EdgePoints& points, Segments& segme
     for (std::size_t v = 0; v < open_.size(); ++v) open_[v] = open_[v] && cover[v] <= 0.0;
 }
 
-// Puts a vertex of a lower layer's mesh where the first of the continued fronts from the layer up is met on
-// its edge of the grid.
+// Moves a vertex of a lower layer's mesh along its grid edge to the first continued front that the edge meets
+// from inside, of the fronts of \p layer and of those above.
 // \returns that front's layer.
 std::size_t place(const Fronts& fronts, const GridEdge& edge, std::size_t layer, std::size_t layers,
                   Vec3& vertex) {
     const std::size_t in = fronts.value(layer, edge, 0) <= 0.0 ? 0 : 1, out = 1 - in;
-    double least = 2.0;  // of the edge, from its inner end
+    double least = 2.0;  // share of the edge from its inner end; above 1: no front met
     std::size_t met = layer;
     double t = edge.t;
     for (std::size_t k = layer; k < layers; ++k) {
         const double f[] = {fronts.continued(k, edge, 0), fronts.continued(k, edge, 1)};
-        // A front that is not known at one end is far below.
+        // A front that is unknown at one end lies far below: no crossing.
         if (f[out] <= 0.0 || f[in] > 0.0 || f[out] - f[in] > kFar * fronts.spacing(edge)) continue;
         const double here = f[in] / (f[in] - f[out]);
-        // Fronts that lie on each other count as the upper one.
+        // If fronts coincide, the upper one counts.
         if (here > least + fronts.touching(edge)) continue;
         least = here;
         met = k;
@@ -185,7 +185,8 @@ std::size_t place(const Fronts& fronts, const GridEdge& edge, std::size_t layer,
     }
     t = std::clamp(t, surface::kNodeClearance, 1.0 - surface::kNodeClearance);
     constexpr double kRounding = 1e-6;
-    // Beside an edge of the layer's own front the vertex lies on one of its planes, and stays.
+    // A vertex off the linear crossing lies on a plane of a sharp edge beside it. It stays if the front met
+    // coincides with the layer's own.
     const double g[] = {fronts.value(layer, edge, 0), fronts.value(layer, edge, 1)},
                  same = fronts.touching(edge) * fronts.spacing(edge);
     if (std::abs(edge.t - std::clamp(g[0] / (g[0] - g[1]), surface::kNodeClearance,
@@ -197,7 +198,7 @@ std::size_t place(const Fronts& fronts, const GridEdge& edge, std::size_t layer,
     return met;
 }
 
-// Unit normals at a mesh's vertices by the triangles that lie on one front alone; zero where there is none.
+// Unit vertex normals by the triangles whose corners lie on one front; zero where there is no such triangle.
 std::vector<Vec3> front_normals(const TriangleMesh& mesh, const std::vector<std::size_t>& front) {
     std::vector<Vec3> normals(mesh.vertices.size(), Vec3::Zero());
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -209,9 +210,9 @@ std::vector<Vec3> front_normals(const TriangleMesh& mesh, const std::vector<std:
     return normals;
 }
 
-// Moves vertices on edges of a lower layer's mesh that lie outside of the next upper one onto that: planes
-// that go on beyond the nodes they are known from may meet out there.
-// \param on_edge  of the mesh's vertices.
+// Moves vertices on sharp edges of a lower layer's mesh that lie outside the next upper mesh onto the latter:
+// extrapolated planes may meet out there.
+// \param on_edge  flags of the mesh's vertices.
 void keep_inside(const Domain& domain, const TriangleMesh& above, const std::vector<std::uint8_t>& on_edge,
                  TriangleMesh& mesh) {
     if (std::ranges::count(on_edge, 1) == 0 || above.triangles.empty()) return;
@@ -227,8 +228,8 @@ void keep_inside(const Domain& domain, const TriangleMesh& above, const std::vec
     });
 }
 
-// A lower layer's boundary: its own front, and where that ends those above it.
-// \param rims  where each layer comes out from under the next, from this one up.
+// The mesh of a lower layer's boundary: its own front and, beyond its end, the fronts above it.
+// \param rims  by layer from this one up: its contact line with the next layer.
 // \param above  the next upper mesh.
 TriangleMesh interface_mesh(const Fronts& fronts, const MaterialStack& stack, std::size_t layer,
                             const std::vector<NearestOnSegments>& rims, const TriangleMesh& above) {
@@ -240,7 +241,7 @@ TriangleMesh interface_mesh(const Fronts& fronts, const MaterialStack& stack, st
     const std::vector<std::uint8_t> on_edge = on_edges(mesh);
     keep_inside(domain, above, on_edge, mesh);
     std::vector<std::size_t> front(mesh.vertices.size(), layer);
-    std::vector<std::uint8_t> within(mesh.vertices.size(), 0);  // a cell: on no edge
+    std::vector<std::uint8_t> within(mesh.vertices.size(), 0);  // by vertex: sharp, or off grid edges
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, front.size(), 1024), [&](const auto& range) {
         const Fronts mine = fronts;  // NOLINT(performance-unnecessary-copy-initialization): accessors cache
         for (std::size_t v = range.begin(); v != range.end(); ++v) {
@@ -263,7 +264,7 @@ TriangleMesh interface_mesh(const Fronts& fronts, const MaterialStack& stack, st
             if (points.contains(divided_edge(a, b))) continue;
             const Vec3 &from = mesh.vertices[a], &to = mesh.vertices[b];
             if (is_short(domain, from, to)) continue;
-            std::optional<Vec3> point =  // moved onto a side if it has to be
+            std::optional<Vec3> point =  // keep_on_sides may move it
                 rims[front[a]].at(to + (own ? 0.5 : kFromFoot) * (from - to));
             if (!point) continue;
             const Vec3 along = (to - from).normalized();

@@ -7,33 +7,34 @@
 
 namespace sidewall::levelset {
 
-/// A mesh whose triangles end where the material below them changes; it stays the same surface.
+/// A mesh divided so that each triangle lies on one layer; the surface itself is unchanged.
 struct CutMesh {
-    /// A vertex that the mesh did not have before, and the edge that it divides.
+    /// An added vertex and the edge that it divides.
     struct Added {
-        std::uint32_t from = 0, to = 0;  ///< vertices before it
-        double share = 0.0;              ///< of the way
+        std::uint32_t from = 0, to = 0;  ///< vertices at the ends of the edge
+        double share = 0.0;              ///< place on the edge: 0 at from, 1 at to
     };
-    TriangleMesh mesh;               ///< vertices as they were, then those added; no attributes
+    TriangleMesh mesh;               ///< the original vertices, then those added; no attributes
     std::vector<Added> added;        ///< in the order of their vertices
     std::vector<std::size_t> layer;  ///< by triangle: the layer exposed there
 };
 
-/// The wafer's surface and what it covers.
+/// Meshes of the wafer's surface and of the interfaces below it.
 struct StackMeshes {
     CutMesh surface;
-    std::vector<TriangleMesh> interfaces;  ///< by layer but the last: its boundary to all above; may be empty
+    std::vector<TriangleMesh> interfaces;  ///< by layer but the last: boundary to all above, or empty
 };
 
-/// The fronts of all layers as meshes that meet at their contact lines. Marching cubes of each layer alone would cut off
-/// a layer's corner under a mask and fill the surface's there, and leave between the two a tooth of the mask's material a
-/// cell long. Here the surface's triangles are divided where the layer's own front, continued (continued_fronts), meets
-/// them, and each interface ends on that line.
+/// Extracts the fronts of all layers as meshes that meet at their contact lines. Separate marching cubes of
+/// each layer would cut off a layer's corner under a mask, fill the surface's corner there, and leave a tooth
+/// of mask material a cell long between the two. Instead the surface's triangles are divided where they meet
+/// the layer's own front, continued beyond its end (continued_fronts), and each interface ends on that line.
 ///
-/// \param surface  extract_surface of the stack's top, which keeps its edges. Where a lower layer comes out along one of them, as
-///                 at a mask's foot, the line runs on it (kOnLine). Interfaces have edges where they are bare or well covered
-///                 (edges_at), none of them outside of what lies on them. A layer that is covered all over has its front's
-///                 edges on its interface (edges_below).
+/// \param surface  extract_surface of the stack's top, with its sharp edges. A contact line along such an
+///     edge, as at a mask's foot, runs on the edge (kOnLine).
+/// \returns the meshes. Interfaces have sharp edges where they are bare or well covered (edges_at), none
+///     outside of what lies on them. A layer that is covered everywhere has all edges of its front
+///     (edges_below).
 /// \note O(n) for each pair of layers. The same bits on any number of threads.
 StackMeshes extract_materials(const MaterialStack& stack, const TriangleMesh& surface);
 

@@ -10,38 +10,36 @@
 namespace sidewall::levelset {
 namespace {
 
-// In cells. A lower layer that ends on the underside of another goes on below it where it is at least this
-// thick: there both fronts lie on each other, and re-distancing moves them by a few hundredths.
+// Cells: on the underside of a layer, a lower layer is exposed only where it is at least this thick. Both
+// fronts coincide there, and re-distancing moves them by a few hundredths of a cell.
 constexpr double kUnderside = 0.1;
 
-// In cells squared. An edge of the grid runs along a mesh if the mesh's level set changes along it by less
-// than the root of this.
+// Cells squared: a grid edge is parallel to the mesh if the mesh's level set changes by less than the root.
 constexpr double kAlong = 0.05;
 
-// The height of a mesh's vertex above a lower layer's continued front, in cells: positive where what lies
+// The height of a mesh vertex above a lower layer's continued front, in cells: positive where the material
 // between the two is exposed. \p of is the mesh's layer.
 double cover(const Fronts& fronts, const GridEdge& edge, std::size_t of, std::size_t layer) {
     const double dx = fronts.spacing(edge);
     const double g[] = {fronts.value(of, edge, 0), fronts.value(of, edge, 1)};
     const double f[] = {fronts.continued(layer, edge, 0), fronts.continued(layer, edge, 1)};
     const double height = (f[0] + edge.t * (f[1] - f[0])) / dx, fall = g[0] - g[1];
-    // How fast the layer's front comes nearer on the way into the mesh's: -1 where both run alike (less than
-    // thinnest_film between them is nothing), 1 where the mesh is the underside of what lies on the layer. An
-    // edge along the mesh tells nothing of it.
+    // Slope of the layer's front against the mesh's along the grid edge: -1 if parallel (less than
+    // thinnest_film between them counts as nothing), 1 if the mesh is the underside of what lies on the
+    // layer. It is 0 if the grid edge is parallel to the mesh and shows neither.
     const double slope = std::clamp((f[1] - f[0]) * fall / (fall * fall + kAlong * dx * dx), -1.0, 1.0);
     return height + slope * (slope > 0.0 ? kUnderside : fronts.touching(edge));
 }
 
-// In cells, how far from an edge of the mesh its faces are asked, and above which height there they are
-// covered.
+// Cells: how far from a sharp edge of the mesh its faces are tested, and above which height they are covered.
 constexpr double kBeside = 0.4, kAbove = 0.1;
 
-// In cells, a cover that may be none, as the vertex lies on the layer's front.
+// Cells: a vertex with a smaller cover may lie on the layer's front.
 constexpr double kOnFront = 0.05;
 
-// The part of a face of the mesh around a vertex on its edges.
+// The part of a smooth face of the mesh around a vertex on a sharp edge.
 struct MeshFace {
-    std::vector<std::uint32_t> around;  // vertices on no edge
+    std::vector<std::uint32_t> around;  // vertices on no sharp edge
     std::vector<Vec3> beside;           // a point on each triangle
     bool covered = false;
 };
@@ -51,8 +49,8 @@ struct EdgeVertex {
     std::vector<MeshFace> faces;
 };
 
-// Adds a triangle around a vertex. Two of them are of one face if they share an edge from there that is none
-// of the surface.
+// Adds a triangle around a vertex. Two triangles belong to one face if they share an edge from the vertex
+// that is not sharp.
 void add_triangle(const TriangleMesh& mesh, const std::vector<std::uint8_t>& on_edge, const Triangle& t,
                   double dx, EdgeVertex& at) {
     MeshFace joined;
@@ -66,7 +64,7 @@ void add_triangle(const TriangleMesh& mesh, const std::vector<std::uint8_t>& on_
             along = (mesh.vertices[v] - own).normalized();
     }
     if (joined.around.empty()) return;
-    way -= way.dot(along) * along;  // off the edge, however thin the triangle is
+    way -= way.dot(along) * along;  // perpendicular to the edge, however thin the triangle
     joined.beside.emplace_back(own + kBeside * dx * way.normalized());
     std::erase_if(at.faces, [&](const MeshFace& face) {
         const bool shares = std::ranges::any_of(
@@ -81,7 +79,7 @@ void add_triangle(const TriangleMesh& mesh, const std::vector<std::uint8_t>& on_
 
 std::vector<EdgeVertex> edge_vertices(const Fronts& fronts, const TriangleMesh& mesh,
                                       const std::vector<std::uint8_t>& on_edge) {
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> corners;  // a vertex on edges, a triangle
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> corners;  // a vertex on sharp edges, a triangle
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
         for (const std::uint32_t v : mesh.triangles[t])
             if (on_edge[v]) corners.emplace_back(v, t);
@@ -98,8 +96,8 @@ std::vector<EdgeVertex> edge_vertices(const Fronts& fronts, const TriangleMesh& 
     return vertices;
 }
 
-// The cover of a vertex on edges of the mesh: kOnLine if some of its faces are covered and the others bare,
-// and then also that of vertices beside it on the layer's front; else the mean of what is around.
+// The cover of a vertex on sharp edges. If some of its faces are covered and others bare, it is kOnLine,
+// which vertices beside it on the layer's front get, too. Else it is the mean of the vertices around.
 double cover_on_edge(const Fronts& fronts, std::size_t layer, std::vector<MeshFace>& faces,
                      std::vector<double>& cover) {
     bool covered = false, bare = false, mixed = false;
@@ -133,7 +131,7 @@ std::vector<std::vector<double>> covers_of(const Fronts& shared, std::size_t of,
     std::vector<std::vector<double>> covers(of, std::vector<double>(mesh.vertices.size()));
     if (of == 0) return covers;
     const std::vector<std::uint8_t> edge = on_edges(mesh);
-    std::vector<std::uint8_t> within(mesh.vertices.size(), 0);  // a cell: on no edge of the grid
+    std::vector<std::uint8_t> within(mesh.vertices.size(), 0);  // by vertex: on no grid edge
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, mesh.vertices.size(), 1024), [&](const auto& range) {
         const Fronts fronts = shared;  // NOLINT(performance-unnecessary-copy-initialization): accessors cache
         for (std::size_t v = range.begin(); v != range.end(); ++v) {
@@ -143,7 +141,7 @@ std::vector<std::vector<double>> covers_of(const Fronts& shared, std::size_t of,
             for (std::size_t k = 0; k < of && on.is_one; ++k) covers[k][v] = cover(fronts, on, of, k);
         }
     });
-    // The centre of others, so their mean.
+    // A vertex within a cell is the centre of those around and gets their mean.
     std::vector<double> around(mesh.vertices.size(), 0.0);
     each_around(mesh, within, [&](std::uint32_t centre, std::uint32_t v) {
         ++around[centre];

@@ -6,21 +6,21 @@
 #include "levelset/meshes/fronts.hpp"
 #include "surface/triangle_mesh.hpp"
 
-// How far a mesh's vertices lie above the layers below it.
+// Covers: heights of a mesh's vertices above the fronts of lower layers.
 namespace sidewall::levelset {
 
-/// The cover of a vertex on an edge of the mesh along which a layer comes out: what lies on one side of the edge is covered, what
-/// lies on the other is bare. It counts as bare, and no edge of the mesh is divided beside it.
+/// The cover of a vertex on a sharp edge along which a lower layer comes out: the layer is covered on one
+/// side of the edge and bare on the other. The vertex counts as bare, and no mesh edge is divided beside it.
 inline constexpr double kOnLine = -std::numeric_limits<double>::min();
 
-/// By layer below \p of and vertex of its mesh: the height in cells above the layer's continued front, positive where what lies
-/// between the two is exposed. Vertices on edges of the mesh have what those around have.
+/// By layer below \p of and vertex of its mesh: the height in cells (dx) above the layer's continued front,
+/// positive where the material between is exposed. Vertices on sharp edges get it from those around.
 std::vector<std::vector<double>> covers_of(const Fronts& fronts, std::size_t of, const TriangleMesh& mesh);
 
-/// By vertex: whether it lies on an edge or a corner of the mesh.
+/// By vertex: whether it lies on a sharp edge or a corner of the mesh.
 std::vector<std::uint8_t> on_edges(const TriangleMesh& mesh);
 
-/// Calls use(vertex, other) for every vertex that is marked and each that follows it around a triangle.
+/// Calls use(vertex, other) for every marked vertex and each unmarked one that follows it in a triangle.
 template <class Use>
 void each_around(const TriangleMesh& mesh, const std::vector<std::uint8_t>& marked, Use&& use) {
     for (const Triangle& t : mesh.triangles)

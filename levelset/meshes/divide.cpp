@@ -29,8 +29,8 @@ bool keeps_orientation(const TriangleMesh& mesh, const Triangle& t, const EdgePo
     });
 }
 
-// Leaves out points with which two parts of triangles lie on each other: they make less than 18 degrees.
-// Neighbours of parts that are whole triangles count, too. \returns whether there were any.
+// Removes points with which two neighbouring parts lie on each other: they make less than 18 degrees.
+// Undivided neighbours of parts count, too. \returns whether there were any.
 bool drop_opposites(const TriangleMesh& mesh, EdgePoints& points) {
     constexpr double kOpposite = -0.95;
     std::vector<std::uint8_t> added(mesh.vertices.size(), 0), bad(mesh.vertices.size(), 0);
@@ -67,7 +67,7 @@ bool drop_opposites(const TriangleMesh& mesh, EdgePoints& points) {
             for (const std::uint32_t v : part) of_parts[v] = 1;
         }
     }
-    // Whole triangles last, so that all their neighbours are there.
+    // Undivided triangles come last, when all parts are registered.
     for (const Triangle& t : mesh.triangles)
         if (!is_whole(t, of_parts) && !is_divided(t, parts)) meet(t, false);
     if (any) std::erase_if(points, [&](const auto& point) { return bad[point.second] != 0; });
@@ -100,7 +100,7 @@ std::vector<Triangle> parts_of(const TriangleMesh& mesh, const Triangle& t, cons
         add(point[0], point[1], point[2]);
         return parts;
     }
-    // The only one that is divided, or the only one that is not.
+    // Edge k is the only divided one, or the only undivided one.
     std::size_t k = 0;
     while ((point[k] != kNone) != (count == 1)) ++k;
     const std::uint32_t a = t[k], b = t[(k + 1) % 3], c = t[(k + 2) % 3];
@@ -122,7 +122,7 @@ std::vector<Triangle> parts_of(const TriangleMesh& mesh, const Triangle& t, cons
 
 void merge_near(TriangleMesh& mesh, double distance, EdgePoints& points) {
     surface::DisjointSets sets(mesh.vertices.size());
-    std::vector<std::uint8_t> triangles(mesh.vertices.size(), 0);  // of each point: one on the boundary
+    std::vector<std::uint8_t> triangles(mesh.vertices.size(), 0);  // that share a point; 1: on the boundary
     const std::vector<std::uint8_t> ends = divided_ends(mesh, points);
     for (const Triangle& t : mesh.triangles) {
         if (is_whole(t, ends)) continue;

@@ -14,25 +14,25 @@
 #include "surface/error.hpp"
 #include "surface/extraction/marching_cubes.hpp"
 
-// Each level's own cells are meshed by marching cubes but for those of a coarser level that touch a finer
-// one's, the seam. On the faces and edges that a seam cell shares with finer cells the finer level has nine
-// nodes where the coarser one has four (+):
+// Marching cubes meshes the cells of each level, except the seam: cells of a coarser level that touch cells
+// of the finer one. A face that a seam cell shares with finer cells has nine nodes of the finer level and
+// four of the coarser one (+):
 //
 // clang-format off
-//     +-------+-------+      The five between get the mean of their neighbours (+), so that
-//     |       .       |      an edge is crossed where the coarser level crosses it, at most
-//     |       .       |      once, and marching cubes leaves lines of the finer level's
-//     . . . . . . . . .      vertices on the four squares. The seam cell's surface is bounded
-//     |       .       |      by these lines and, on its other faces, by those that its coarse
-//     |       .       |      neighbours draw: closed loops, each filled by triangles around
-//     +-------+-------+      its centre.
+//     +-------+-------+      The five nodes between get the mean of their neighbours (+), so
+//     |       .       |      that an edge is crossed where the coarser level crosses it, at
+//     |       .       |      most once. Marching cubes of the finer level leaves segments on
+//     . . . . . . . . .      the four squares. These segments, and on the other faces those
+//     |       .       |      of the coarse neighbours, bound the seam cell's surface: they
+//     |       .       |      form closed loops, each filled by triangles around its centre.
+//     +-------+-------+
 // clang-format on
 namespace sidewall::levelset {
 namespace {
 
 using openvdb::Coord;
 
-// Bits of a node's index, and one for its sign along z.
+// Bits of a node's index without its sign; only an index along z may be negative.
 constexpr int kIndexBits = 20;
 
 std::uint64_t key_of(const Coord& low, int axis) {
@@ -43,7 +43,7 @@ std::uint64_t key_of(const Coord& low, int axis) {
 
 using EdgeVertices = std::unordered_map<std::uint64_t, std::uint32_t>;
 
-// A cell of the coarser level that touches finer ones.
+// A cell of the coarser level that touches cells of the finer one.
 struct SeamCell {
     Coord cell;
     std::array<float, 8> corner;  // corner c has x = c & 1, y = c >> 1 & 1, z = c >> 2
@@ -51,10 +51,10 @@ struct SeamCell {
 
 // A face of a cell, its corners counter-clockwise seen from outside.
 struct Face {
-    int x, y;  // of the cell across it, less this one; both 0 for those along z
+    int x, y;  // offset of the cell across it; both 0 for the low and high faces along z
     std::array<int, 4> corner;
 };
-// The lateral ones first.
+// Lateral faces first.
 constexpr std::array<Face, 6> kCellFaces = {{{-1, 0, {0, 4, 6, 2}},
                                              {1, 0, {1, 3, 7, 5}},
                                              {0, -1, {0, 1, 5, 4}},
@@ -92,7 +92,7 @@ std::vector<SeamCell> seam_cells(const Grid& grid, const Domain& domain, const L
                                  seam.cell.z() + (c >> 2));
                 float& value = seam.corner[static_cast<std::size_t>(c)];
                 const bool known =
-                    accessor.probeValue(node, value);  // else a tile's, whose sign means nothing
+                    accessor.probeValue(node, value);  // else a tile value, whose sign has no meaning
                 complete = complete && known;
                 in = in || (known && value < 0.0f);
                 out = out || (known && !(value < 0.0f));
@@ -112,7 +112,7 @@ Node corner_of(const SeamCell& seam, int c) {
     return {at << 1, seam.corner[static_cast<std::size_t>(c)]};
 }
 
-// The nine nodes of a face that finer cells share: corners, middles of the edges after each, centre.
+// The nine fine nodes of a face beside finer cells: corners, midpoint of the edge after each, centre.
 std::array<Node, 9> nodes_of(const SeamCell& seam, const Face& face) {
     std::array<Node, 9> node;
     for (std::size_t k = 0; k < 4; ++k) node[k] = corner_of(seam, face.corner[k]);
@@ -121,7 +121,7 @@ std::array<Node, 9> nodes_of(const SeamCell& seam, const Face& face) {
     return node;
 }
 
-// Values for the finer level's nodes on the seam.
+// The interpolated values of the finer level's nodes on the seam.
 NodeValues values_on_seam(const std::vector<SeamCell>& seams, const LevelCells& cells, const Domain& finer) {
     NodeValues values;
     for (const SeamCell& seam : seams)
@@ -135,13 +135,13 @@ NodeValues values_on_seam(const std::vector<SeamCell>& seams, const LevelCells& 
     return values;
 }
 
-// Draws the lines that bound the surface of a seam cell.
+// Collects the segments that bound the surface of a seam cell.
 class SeamLines {
   public:
     SeamLines(const LevelCells& cells, const EdgeVertices& coarse, const EdgeVertices& fine)
         : cells_(cells), coarse_(coarse), fine_(fine) {}
 
-    // The closed lines, counter-clockwise seen from outside the material.
+    // The closed loops of vertices, counter-clockwise seen from outside the material.
     std::vector<std::vector<std::uint32_t>> around(const SeamCell& seam) {
         next_.clear();
         for (const Face& face : kCellFaces) {
@@ -169,8 +169,8 @@ class SeamLines {
     }
 
   private:
-    // Draws on a square: a line around every run of corners inside, from the edge that enters it to the one
-    // that leaves it.
+    // Adds the segments on a square: one around each run of inside corners, from the edge that enters the run
+    // to the one that leaves it.
     void draw(const std::array<Node, 4>& corner) {
         const auto in = [&](std::size_t k) { return corner[k % 4].value < 0.0f; };
         for (std::size_t k = 0; k < 4; ++k) {
@@ -220,8 +220,7 @@ void fill(const std::vector<std::uint32_t>& loop, TriangleMesh& mesh) {
         mesh.triangles.push_back({loop[k], loop[(k + 1) % loop.size()], middle});
 }
 
-// The columns of leaves of a level with vertices that seam cells may ask for: its own ones and those of the
-// coarser level.
+// The columns of leaves with vertices that seam cells of this level (own) or of the coarser one may need.
 class BesideSeam {
   public:
     BesideSeam(const Domain& domain, const std::vector<SeamCell>& own, const std::vector<SeamCell>* coarser)
@@ -237,7 +236,7 @@ class BesideSeam {
     }
 
   private:
-    // A node more on each side, so that rounding does not matter.
+    // Marks the columns of a cell, widened by a node so that rounding does not matter.
     void mark(int x, int y, int size) {
         for (const int i : {x - 1, x + size + 1})
             for (const int j : {y - 1, y + size + 1}) flags_[at(i, j)] = 1;
@@ -251,19 +250,20 @@ class BesideSeam {
     std::vector<std::uint8_t> flags_;
 };
 
-/// The front of a layer of a stack of several levels as one mesh; only its part near \p around, if that is given.
+/// The front of a layer of a stack of several levels as one mesh; only its part near \p around, if given.
 TriangleMesh mesh_of_levels(const MaterialStack& stack, std::size_t layer, surface::SharpEdges edges,
                             const surface::Plane* around, const EdgesIn& edges_in = {}) {
     std::vector<const MaterialStack*> levels;
     for (const MaterialStack* level = &stack; level != nullptr; level = level->coarser.get())
         levels.push_back(level);
     std::vector<LevelCells> cells;
-    // The seam's cells beside finer ones that the plane meets, and a cell more for the joints of sharp edges.
+    // How far from the plane cells are meshed: the seam cells that it meets, and a cell more for the joints
+    // of sharp edges.
     double distance = 2.0 * levels.back()->domain.spacing;
     std::vector<Near> near(levels.size());
     for (std::size_t n = levels.size(); n-- > 0;) {
         near[n] = {around, distance};
-        distance += 2.0 * levels[n]->domain.spacing;  // finer cells beside those of the seam
+        distance += 2.0 * levels[n]->domain.spacing;  // the finer cells beside the seam
     }
     for (std::size_t n = 0; n < levels.size(); ++n)
         cells.emplace_back(*levels[n], n > 0 ? levels[n - 1] : nullptr, near[n]);
@@ -272,7 +272,7 @@ TriangleMesh mesh_of_levels(const MaterialStack& stack, std::size_t layer, surfa
         seams.push_back(n > 0 ? seam_cells(*levels[n]->layers[layer].phi, levels[n]->domain, cells[n])
                               : std::vector<SeamCell>());
     TriangleMesh mesh;
-    EdgeVertices finer;  // vertices of the level before on the seam
+    EdgeVertices finer;  // the next finer level's vertices on the seam
     for (std::size_t n = 0; n < levels.size(); ++n) {
         const Domain& domain = levels[n]->domain;
         const bool has_coarser = n + 1 < levels.size();
@@ -303,7 +303,7 @@ TriangleMesh mesh_of_levels(const MaterialStack& stack, std::size_t layer, surfa
             for (const auto& loop : lines.around(seam)) fill(loop, mesh);
         finer = std::move(fine);
     }
-    add_edges({}, mesh);  // none on seams
+    add_edges({}, mesh);  // vertices on seams lie on no edge
     return mesh;
 }
 

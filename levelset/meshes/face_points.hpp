@@ -3,8 +3,8 @@
 
 namespace sidewall::levelset {
 
-/// Points of a mesh's triangles at which the material below is asked for: the means of their corners, but without those on
-/// edges of the surface, where materials meet.
+/// Points at which to look up the material below a mesh's triangles: the mean of a triangle's corners without
+/// those on edges of the surface, where materials meet; its centroid if all corners are on edges.
 class FacePoints {
   public:
     explicit FacePoints(const TriangleMesh& mesh)

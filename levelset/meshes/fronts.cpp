@@ -13,46 +13,46 @@
 namespace sidewall::levelset {
 namespace {
 
-// How far from a node, in cells along an axis, its layer's own distances are looked for, those of the buried
-// nodes, and the next front. Of the buried ones two columns lie within reach of any cell that the next front
-// passes; where that ends two cells farther on, as at a trench's floor, it still is a plane.
+// Reach of the plane fits, in nodes along each axis: for the layer's own distances, for those of buried
+// nodes, and for the next front. Any cell that the next front passes has two columns of buried nodes within
+// reach; a front that ends two cells farther on, as at a trench's floor, is still a plane within its reach.
 constexpr int kNodesAround = 2, kBuriedAround = 3, kNextAround = 1;
 
 // The least slope of a plane that is fitted to distances: an exact distance has 1.
 constexpr double kLeastSlope = 0.7;
 
-// The corners of a cell that both fronts pass through lie within two cells of either.
+// Cells: the corners of a cell that both fronts pass through lie within two cells of either.
 constexpr float kNearFront = 2.5f;
 
-// In cells, how much farther from the next front than from its layer's own a buried node is, and how far at
-// least. Elsewhere the layer's distances may be those to the edge where the next front cuts it off, or from
-// there.
+// Cells: a buried node is farther from the next front than from its layer's own by kBuried, and kLeastBuried
+// below the next front. At other nodes the layer's distance may be that to the edge where the next front cuts
+// it off, or be computed from there.
 constexpr float kBuried = 0.5f, kLeastBuried = 0.75f;
 
 // The next front crosses a layer's where their normals make more than 60 degrees.
 constexpr double kCrossing = 0.5;
 
-// In cells, how deep below the next front a layer's nearest point lies for that to be its own front, not the
-// edge where the next one cuts it off.
+// Cells: if the closest point of a layer lies deeper than this below the next front, it is on the layer's own
+// front, not on the edge where the next front cuts it off.
 constexpr double kCovered = 0.1;
 
-// In cells, by how much (root mean square) nodes may miss their plane: more is an edge or a corner.
+// Cells: largest root-mean-square misfit of a plane; more is an edge or a corner.
 constexpr double kFlat = 0.1;
 
 // A plane fitted to a layer's distances around a node.
 struct Plane {
-    int count = 0;  // of the distances
+    int count = 0;  // number of distances
     double value = 0.0, misfit = 0.0;
-    Vec3 rise = Vec3::Zero();  // a cell
+    Vec3 rise = Vec3::Zero();  // gradient, per cell
     bool two_sided = false;    // some nodes lie inside the layer and some outside
 };
 
-// The distances of a layer and of the next one at a leaf's nodes and around them; NaN where the layer does
-// not hold its own.
+// Distances of a layer and of the next one above at a leaf's nodes and around them; NaN where the layer does
+// not hold the distance to its own front.
 class KnownValues {
   public:
     // \param next  the layer above.
-    // \returns whether there are any.
+    // \returns whether the layer's own distance is known at any node.
     bool load(const Grid& layer, const Grid& next, const Domain& domain, const openvdb::Coord& origin) {
         const auto own = layer.getConstUnsafeAccessor(), above = next.getConstUnsafeAccessor();
         dx_ = static_cast<float>(domain.spacing);
@@ -73,7 +73,7 @@ class KnownValues {
                         next_[n] = other == nullptr ? tile : other->getValue(offset);
                         if (mine == nullptr || !mine->isValueOn(offset)) continue;
                         const float here = mine->getValue(offset);
-                        // A node of the layer's band that is not in the next one's lies inside it.
+                        // A node of the layer's band outside the next one's band lies inside the next layer.
                         if (other == nullptr || !other->isValueOn(offset))
                             next_[n] = -next.background();
                         else if (here - next_[n] <= touching)
@@ -90,15 +90,15 @@ class KnownValues {
     }
     bool buried(const openvdb::Coord& local) const { return buried(at(local.x(), local.y(), local.z())); }
 
-    // What a plane through the known values around a node says there, or \p otherwise if they do not tell.
+    // The value at a node of the plane through the known distances around it; \p otherwise if there is none.
     float fitted(const openvdb::Coord& local, float otherwise) const {
         const Plane plane =
             fit(local, kNodesAround, value_, [&](std::size_t n) { return !std::isnan(value_[n]); });
         return tells(plane) ? static_cast<float>(plane.value) : otherwise;
     }
 
-    // The same by the buried nodes alone, where they lie in a plane and the next front crosses it in another,
-    // which goes on beyond.
+    // The value at a node of the plane fitted to buried nodes alone, if they lie in one plane and the next
+    // front crosses it as another plane that continues beyond; else none.
     std::optional<float> crossed(const openvdb::Coord& local) const {
         const Plane buried_front =
             fit(local, kBuriedAround, value_, [&](std::size_t n) { return buried(n); });
@@ -129,7 +129,7 @@ class KnownValues {
 
     bool flat(const Plane& plane) const { return plane.misfit <= kFlat * static_cast<double>(dx_); }
 
-    // Whether the point of the layer's front nearest to a node lies below the next front.
+    // Whether the closest point of the layer's front to a node lies below the next front.
     bool nearest_is_covered(const openvdb::Coord& local) const {
         const Plane mine = fit(local, 1, value_, [&](std::size_t n) { return !std::isnan(value_[n]); });
         if (!tells(mine)) return false;
@@ -159,7 +159,7 @@ class KnownValues {
                     if (!takes(n)) continue;
                     const auto value = static_cast<double>(values[n]);
                     const double squared = std::max(1, x * x + y * y + z * z);
-                    const double weight = 1.0 / (squared * squared);  // the nearest ones tell most
+                    const double weight = 1.0 / (squared * squared);  // the nearest nodes count most
                     const Eigen::Vector4d row(1.0, x, y, z);
                     normal += weight * row * row.transpose();
                     right += weight * value * row;
@@ -169,8 +169,7 @@ class KnownValues {
                 }
         if (plane.count < 4) return plane;
         const double weights = normal(0, 0);
-        // Slopes that the nodes do not tell become none, and are seen from that: a distance rises by 1 a
-        // cell.
+        // The ridge makes undetermined slopes 0, which tells() detects: a distance rises by 1 per cell.
         const double ridge = 1e-6 * normal.trace();
         for (int k = 1; k < 4; ++k) normal(k, k) += ridge;
         const Eigen::Vector4d solution = normal.ldlt().solve(right);
@@ -185,17 +184,17 @@ class KnownValues {
     Values value_, next_;
 };
 
-// The fronts of the lower layers as they would go on where the layers above cut them off. A layer is held as
-// the greater of its own distance and the next layer's, so that its own is known only where it is greater. At
-// nodes within two cells of such ones a plane fitted to them goes on, no higher than the next layer's value;
-// at all others the layer counts as deep inside. Beside an edge where the next front cuts the layer off, as
-// the flush wall of a trench does, re-distancing has made its distances those to the edge: where the nodes
-// that are buried, farther from the next front than from the layer's own, lie in a plane, and the next front
-// crosses it in another that goes on beyond, the layer goes on by these nodes alone, no higher than the
-// values that are there. The greatest of the continued fronts of a layer and of all above it is that layer's
-// level set. Result by layer but the last one, each with the voxels of the layer's own grid.
+// Continues the fronts of the lower layers beyond the lines where the layers above cut them off. A layer's
+// grid holds the greater of its own distance and the next layer's, so that its own is known only where it is
+// greater. Nodes within two cells of such nodes get the value of a plane fitted to these, no higher than the
+// next layer's value; all other nodes count as deep inside. Beside an edge where the next front cuts the
+// layer off, as at the flush wall of a trench, re-distancing has replaced the layer's distances by those to
+// the edge. There the plane of the buried nodes counts if the next front crosses it as another plane that
+// continues beyond, no higher than the values that are there. The greatest of the continued fronts of a layer
+// and of all above it is that layer's level set.
 //
-// \param finer  the next finer level, if there is one: of several, fronts go on where the stack's own counts.
+// \param finer  the next finer level, or null: fronts are continued where the stack's own level counts.
+// \returns a grid for every layer but the last, with the voxels of the layer's own grid.
 std::vector<GridPtr> continued_fronts(const MaterialStack& stack, const MaterialStack* finer) {
     std::vector<GridPtr> fronts;
     const float near = kNearFront * static_cast<float>(stack.domain.spacing),
@@ -222,9 +221,9 @@ std::vector<GridPtr> continued_fronts(const MaterialStack& stack, const Material
     return fronts;
 }
 
-// In cells, the film with which a layer counts as covered: marching cubes cuts off less than kCovering of a
-// convex corner, through which a thinner film's surface would pass; a hollow one it fills. So much of it is
-// asked for at the ends of edges of the grid that the layer's front crosses: these lie within a cell of it.
+// Cells: the film that covers a layer at convex edges and at hollow ones, and how far from the layer's front
+// it is required: at the ends of grid edges that the front crosses. Marching cubes cuts off less than
+// kCovering of a convex corner, through which a thinner film's surface would pass; a hollow corner it fills.
 constexpr double kCovering = 0.5, kCoveringHollow = 0.15, kBesideFront = 1.0;
 
 }  // namespace
@@ -244,7 +243,7 @@ std::size_t Fronts::level_of(const Vec3& point) const {
     for (std::size_t n = 0; n + 1 < levels_.size(); ++n) {
         const Domain& domain = levels_[n].stack->domain;
         const Vec3 index = domain.to_index(point);
-        constexpr double kBeside = 0.25;  // of a cell: the columns on both sides of a node between two
+        constexpr double kBeside = 0.25;  // cells: finds both columns beside a node between two
         for (const double x : {-kBeside, kBeside})
             for (const double y : {-kBeside, kBeside}) {
                 const auto node = [&](int axis, double beside) {
@@ -312,7 +311,7 @@ surface::SharpEdges edges_at(const MaterialStack& level, std::size_t layer, cons
                                   level.domain.source_node(1, cell[1] + n / 4 % 4 - 1), cell[2] + n / 16 - 1);
         float here = 0.0f;
         if (!own.probeValue(node, here) || std::abs(here) > static_cast<float>(kBesideFront * dx)) continue;
-        double film = 0.0;  // the lowest one that is there
+        double film = 0.0;  // in cells, of the lowest layer that is there
         for (std::size_t k = 0; k < upper.size() && film <= touching; ++k) {
             float other = 0.0f;
             // A node that is not in an upper layer's band lies inside it.

@@ -15,7 +15,7 @@ struct NodeCurvature {
     double mean = 0.0, gaussian = 0.0;
 };
 
-// First and second derivatives by central differences, per cell.
+// First and second derivatives by central differences, per cell (not divided by dx).
 struct Derivatives {
     Vec3 gradient;
     Eigen::Matrix3d hessian;
@@ -52,7 +52,7 @@ NodeCurvature curvature_of(const Derivatives& d) {
     if (length < 1e-12) return {};
     const Vec3 n = d.gradient / length;
     const Eigen::Matrix3d h = d.hessian / length;
-    // 2 H = tr h - n.h n;  K = n . adj(h) n, the Hessian seen in the tangent plane.
+    // 2 H = tr h - n . h n and K = n . adj(h) n: trace and determinant of h in the tangent plane.
     const double normal = n.dot(h * n);
     Eigen::Matrix3d adjugate;
     for (int i = 0; i < 3; ++i)

@@ -10,13 +10,13 @@
 
 namespace sidewall::levelset {
 
-/// The columns of cells that come as near to a plane across x or y as a distance, on a periodic axis also
-/// around the sides; all if there is none, or it is another.
+/// Selects the columns of cells within a distance (world units) of a plane across x or y, periodic images
+/// included. Without such a plane, all columns are selected.
 struct Near {
     const surface::Plane* plane;
     double distance;
 
-    // By index along the axis.
+    // By index of a cell along the axis: 1 if its columns are selected.
     std::vector<std::uint8_t> along(const Domain& domain, int axis) const {
         const auto a = static_cast<std::size_t>(axis);
         std::vector<std::uint8_t> near(static_cast<std::size_t>(domain.cells[a]), 1);
@@ -26,19 +26,19 @@ struct Near {
         for (std::size_t i = 0; i < near.size(); ++i) {
             double off = std::abs(domain.min[a] + (static_cast<double>(i) + 0.5) * domain.spacing - at);
             if (domain.side[a] == Side::periodic) off = std::min(off, std::abs(extent - off));
-            near[i] = off <= distance + 0.51 * domain.spacing;  // from a cell's middle, and some for rounding
+            near[i] = off <= distance + 0.51 * domain.spacing;  // from the middle; margin for rounding
         }
         return near;
     }
 };
 
-/// The cells that are a level's own, and those of them along the seam.
+/// The columns of cells that a level meshes, and those of them along the seam with the next finer level.
 class LevelCells {
   public:
-    // finer may be null.
+    // \param finer  the next finer level, or null.
     LevelCells(const MaterialStack& level, const MaterialStack* finer, const Near& near)
         : domain_(level.domain), finer_(finer ? &finer->columns : nullptr) {
-        constexpr int kColumn = LevelColumns::kNodes / 2;  // cells of a finer level's column
+        constexpr int kColumn = LevelColumns::kNodes / 2;  // cells under a finer level's column
         const auto [nx, ny] = domain_.cells;
         columns.resize(static_cast<std::size_t>(nx * ny), surface::CellColumn::left_out);
         const std::vector<std::uint8_t> near_x = near.along(domain_, 0), near_y = near.along(domain_, 1);
@@ -59,7 +59,7 @@ class LevelCells {
         return i >= 0 && j >= 0 && i < domain_.cells[0] && j < domain_.cells[1] &&
                columns[at(i, j)] == surface::CellColumn::vertices;
     }
-    // Whether a finer level has the cell; beyond a periodic side the one that is there.
+    // Whether the finer level counts in a cell; indices beyond a periodic side are wrapped.
     bool is_finer(int i, int j) const {
         if (finer_ == nullptr) return false;
         for (int a = 0; a < 2; ++a) {
@@ -71,7 +71,7 @@ class LevelCells {
         return finer_->of_coarser_node(i, j);
     }
 
-    // By column of cells. Along the seam vertices alone are made, but not on edges that finer cells share.
+    // By column of cells. Seam columns get vertices alone, and none on edges that finer cells share.
     std::vector<surface::CellColumn> columns;
 
   private:

@@ -15,7 +15,7 @@ namespace sidewall::levelset {
 
 using Segments = std::vector<std::array<Vec3, 2>>;
 
-/// The points of many segments nearest to others, by cells of a given size.
+/// Finds the point on many segments nearest to a given one, by a hash grid of their ends.
 class NearestOnSegments {
   public:
     NearestOnSegments() = default;
@@ -28,7 +28,8 @@ class NearestOnSegments {
         }
     }
 
-    /// Nothing farther than the size of a cell is found for sure.
+    /// The nearest point on the segments, none if it is farther than the size of a cell. Segments without an
+    /// end in the 27 cells around \p point, which are longer than a cell, are not found.
     std::optional<Vec3> at(const Vec3& point) const {
         std::optional<Vec3> nearest;
         double least = size_ * size_;

@@ -22,7 +22,7 @@ constexpr std::uint32_t kNoVertex = std::numeric_limits<std::uint32_t>::max();
 // Vertices or triangles of one task.
 constexpr std::size_t kPart = 256;
 
-// A vertex on a periodic side by where it is along that side.
+// A vertex on a periodic side and its place there, in units of 1e-5 dx.
 struct SideVertex {
     long long along, z;
     std::uint32_t vertex;
@@ -30,9 +30,8 @@ struct SideVertex {
     bool operator<(const SideVertex& o) const { return place() < o.place(); }
 };
 
-// Disjoint sets of 0..n-1 as DisjointSets, that many threads may join at once. Roots point to lower members
-// alone, so that the root is the lowest member, whatever the order of joins (Jayanti and Tarjan, Distributed
-// Computing 34 (2021) 413).
+// Disjoint sets of 0..n-1 that many threads may join at once. A parent is always a lower member, so that the
+// root is the lowest, in any order of joins (Jayanti and Tarjan, Distributed Computing 34 (2021) 413).
 class SharedSets {
   public:
     explicit SharedSets(std::size_t n) : parent_(n) {
@@ -42,14 +41,14 @@ class SharedSets {
         for (;;) {
             const std::uint32_t parent = parent_[i].load(std::memory_order_relaxed);
             if (parent == i) return i;
-            // Halves the path: an ancestor stays one, whoever else writes.
+            // Path halving: an ancestor stays one, whatever other threads write.
             const std::uint32_t next = parent_[parent].load(std::memory_order_relaxed);
             if (next != parent) parent_[i].store(next, std::memory_order_relaxed);
             i = next;
         }
     }
     void join(std::uint32_t a, std::uint32_t b) {
-        // Most pairs are of one set by then, and most of those have one parent.
+        // Most pairs are in one set already, and most of those have the same parent.
         if (parent_[a].load(std::memory_order_relaxed) == parent_[b].load(std::memory_order_relaxed)) return;
         for (;;) {
             a = root(a);
@@ -76,7 +75,7 @@ std::array<std::vector<SideVertex>, 2> on_sides(const TriangleMesh& surface, int
     const std::array ends{domain.min[static_cast<std::size_t>(axis)],
                           domain.max[static_cast<std::size_t>(axis)]};
     std::array<std::vector<SideVertex>, 2> list;
-    std::vector<std::uint8_t> side(surface.vertices.size());  // 1 and 2; 0: on neither
+    std::vector<std::uint8_t> side(surface.vertices.size());  // 1: low side, 2: high side, 0: neither
     parallel(side.size(), [&](std::uint32_t v) {
         const double at = surface.vertices[v][axis];
         side[v] = at == ends[0] ? 1 : at == ends[1] ? 2 : 0;
@@ -100,7 +99,7 @@ SharedSets connected(const TriangleMesh& surface) {
     return sets;
 }
 
-// What lies on one periodic side repeats what lies on the other.
+// Joins vertices on a high periodic side with their images on the low side.
 void join_across_sides(const TriangleMesh& surface, const Domain& domain, SharedSets& sets) {
     for (int axis = 0; axis < 2; ++axis) {
         const auto a = static_cast<std::size_t>(axis);
@@ -124,14 +123,13 @@ bool any_periodic(const Domain& domain) {
     return domain.side[0] == Side::periodic || domain.side[1] == Side::periodic;
 }
 
-// The roots among \p within that have triangles, in the order of their first ones, and at each root its place
-// there.
+// The roots among \p within that have triangles, by their first triangles, and the place of each in the list.
 struct Roots {
     std::vector<std::uint32_t> list;
     std::vector<std::atomic<std::uint32_t>> place;
 
     Roots(const TriangleMesh& surface, const std::vector<std::uint32_t>& within) : place(within.size()) {
-        // First the lowest triangle of each.
+        // At first, place holds the lowest triangle of each root.
         for (std::uint32_t v = 0; v < within.size(); ++v)
             if (within[v] == v) place[v].store(kNoVertex, std::memory_order_relaxed);
         parallel(surface.triangles.size(), [&](std::uint32_t t) {
@@ -147,7 +145,7 @@ struct Roots {
     std::uint32_t of(std::uint32_t root) const { return place[root].load(std::memory_order_relaxed); }
 };
 
-// What neighbouring vertices or triangles of one root add to its piece.
+// The contribution of consecutive vertices or triangles of one root to its piece.
 struct Share {
     std::uint32_t place;
     Box3 box;
@@ -155,8 +153,9 @@ struct Share {
     double covered = 0.0;
 };
 
-// Calls use(number, share) for 0 .. count - 1 by the place of each, kNoVertex to be left out.
-// \returns the shares in order.
+// Calls use(number, share) for the numbers 0 .. count - 1, with the share of place(number), except where that
+// is kNoVertex.
+// \returns the shares in the order of their numbers.
 template <class Place, class Use>
 std::vector<Share> shares(std::size_t count, Place&& place, Use&& use) {
     std::vector<std::vector<Share>> parts((count + kPart - 1) / kPart);
@@ -175,8 +174,8 @@ std::vector<Share> shares(std::size_t count, Place&& place, Use&& use) {
     return all;
 }
 
-// The area that a triangle covers seen from above, faces down counted negative, and its mean height over a
-// level. Sides are vertical: only up and down count.
+// A triangle's area seen from above, negative if it faces down, and its mean height above a level. The
+// domain's sides are vertical and add nothing.
 struct Seen {
     double up, height;
 };
@@ -193,7 +192,7 @@ double volume_over(const TriangleMesh& surface, std::size_t triangle, double lev
     const Triangle& t = surface.triangles[triangle];
     const Seen here = seen(surface, t, level);
     if (!domain.axial) return here.up * here.height;
-    // The mean of a product of linear functions over a triangle, from the middles of its edges.
+    // Mean of r times height: the midpoint rule is exact for a product of linear functions.
     double mean = 0.0;
     for (std::size_t k = 0; k < 3; ++k) {
         const Vec3 middle = 0.5 * (surface.vertices[t[k]] + surface.vertices[t[(k + 1) % 3]]);
@@ -211,11 +210,11 @@ std::vector<std::uint32_t> piece_of_vertices(const TriangleMesh& surface, const 
 std::vector<SurfacePiece> surface_pieces(const TriangleMesh& surface, const Domain& domain) {
     const std::size_t count = surface.vertices.size();
     SharedSets sets = connected(surface);
-    const std::vector<std::uint32_t> within = roots(sets, count);  // the sides
+    const std::vector<std::uint32_t> within = roots(sets, count);  // sides not joined yet
     const Roots inner(surface, within);
     if (any_periodic(domain) && inner.list.size() > 1) join_across_sides(surface, domain, sets);
     std::vector<SurfacePiece> pieces;
-    std::unordered_map<std::uint32_t, std::uint32_t> number;                      // of a piece, by its part
+    std::unordered_map<std::uint32_t, std::uint32_t> number;  // index of a piece, by its part
     std::vector<std::uint32_t> piece(inner.list.size()), box(inner.list.size());  // by place
     for (std::size_t k = 0; k < inner.list.size(); ++k) {
         const std::uint32_t part = sets.root(inner.list[k]);
@@ -256,7 +255,7 @@ std::vector<SurfacePiece> surface_pieces(const TriangleMesh& surface, const Doma
     for (std::uint32_t t = 0; encloses && t < surface.triangles.size(); ++t) {
         SurfacePiece& of = pieces[piece[at_triangle(t)]];
         if (of.cover != 0) continue;
-        // From a vertex of the piece, so that small ones keep their digits.
+        // Heights above a vertex of the piece, so that small volumes keep their digits.
         of.volume += volume_over(surface, t, surface.vertices[of.part].z(), domain);
     }
     return pieces;
@@ -267,14 +266,14 @@ std::vector<std::uint8_t> sealed_off(const TriangleMesh& surface, std::vector<Su
     if (std::none_of(pieces.begin(), pieces.end(), [](const SurfacePiece& p) { return p.shuts_in(); }))
         return {};
     const std::vector<std::uint32_t> part = piece_of_vertices(surface, domain);
-    std::vector<std::uint32_t> flattest(part.size(), kNoVertex);  // triangle around each vertex
+    std::vector<std::uint32_t> flattest(part.size(), kNoVertex);  // by vertex: triangle largest from above
     for (std::uint32_t t = 0; t < surface.triangles.size(); ++t)
         for (const std::uint32_t v : surface.triangles[t])
             if (flattest[v] == kNoVertex ||
                 area_vector(surface, t).z() > area_vector(surface, flattest[v]).z())
                 flattest[v] = t;
 
-    // A body that lies in the gas has gas above it, which may be a void's.
+    // From the highest piece down: a body enclosed by gas is sealed off if the gas above it is a void's.
     const surface::RayScene scene(surface);
     std::stable_sort(pieces.begin(), pieces.end(), [&](const SurfacePiece& a, const SurfacePiece& b) {
         return surface.vertices[a.top].z() > surface.vertices[b.top].z();
@@ -285,7 +284,7 @@ std::vector<std::uint8_t> sealed_off(const TriangleMesh& surface, std::vector<Su
             sealed[piece.part] = 1;
             continue;
         }
-        // From inside a triangle: the top itself may lie on a side, where no surface is met for sure.
+        // The ray starts inside a triangle: the top may lie on a side, where a ray may miss the surface.
         const auto above = scene.closest_hit(triangle_centroid(surface, flattest[piece.top]), Vec3::UnitZ(),
                                              1e-2 * domain.spacing, kInfinity);
         if (above) sealed[piece.part] = sealed[part[surface.triangles[above.triangle][0]]];

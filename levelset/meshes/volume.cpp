@@ -15,16 +15,17 @@
 namespace sidewall::levelset {
 namespace {
 
-// The second difference, in cells, of a circle of two cells; beyond it is a kink.
+// Cells: second difference of a circle with a radius of two cells. A larger one is a kink.
 constexpr double kMostBend = 0.5;
 
-// Of two second differences: their mean where they are alike, none where one alone sees a kink.
+// Harmonic mean of two second differences: close to both if they are similar, small if only one is large (a
+// kink), and 0 if their signs differ.
 double harmonic_mean(double a, double b) {
     return a * b > 0.0 ? 2.0 * a * b / (a + b) : 0.0;
 }
 
-// The distance to the front in a cell of the grid: linear between the cell's corners, less what second
-// differences bend it.
+// Signed distance to the front within a grid cell: trilinear between the corners, corrected along each axis
+// by second differences.
 class CellDistance {
   public:
     CellDistance(const Grid::ConstUnsafeAccessor& grid, const Domain& domain, const std::array<int, 3>& low) {
@@ -37,7 +38,7 @@ class CellDistance {
             for (int j = 0; j < 2; ++j) {
                 for (int k = 0; k < 2; ++k) corner_[i][j][k] = at(i, j, k);
                 for (int axis = 0; axis < 3; ++axis) {
-                    std::array<double, 4> v;  // along an edge of the cell, a node beyond it at either end
+                    std::array<double, 4> v;  // along a cell edge, with one node beyond either end
                     for (int k = 0; k < 4; ++k)
                         v[k] = axis == 0 ? at(k - 1, i, j) : axis == 1 ? at(i, k - 1, j) : at(i, j, k - 1);
                     const double first = v[0] - 2.0 * v[1] + v[2], last = v[1] - 2.0 * v[2] + v[3];
@@ -47,7 +48,7 @@ class CellDistance {
             }
     }
     bool smooth() const { return smooth_; }
-    // \param s  from the cell's low corner, in cells.
+    // \param s  position from the cell's low corner, in cells.
     double at(const Vec3& s) const {
         const auto share = [](int high, double along) { return high ? along : 1.0 - along; };
         double sum = 0.0;
@@ -67,8 +68,7 @@ class CellDistance {
     bool smooth_ = true;
 };
 
-// The volume between a triangle and the front that it stands for, by the distance at the middles of its
-// edges.
+// Volume between a triangle and the front that it stands for, from the distance at its edges' midpoints.
 double volume_beyond(const TriangleMesh& mesh, std::size_t t, const Grid::ConstUnsafeAccessor& grid,
                      const Domain& domain) {
     const Vec3 low = domain.to_index(triangle_centroid(mesh, t)).array().floor();

@@ -5,11 +5,13 @@
 
 namespace sidewall::levelset {
 
-/// Volume of the material of a layer and those below over z = 0, negative below it; of an axial domain that of the revolution.
-/// Triangles of the front's mesh are chords of a curved front, which lies up to dx^2 / (8 r) beyond them. To their volume
-/// comes the integral of the grid's distance over them, cubic along the edges of cells: of fourth order in dx. At edges of
-/// the mesh and where second differences are over half a cell it is the mesh's alone, which is exact between planes.
-/// \note A wafer of several levels (layers/levels.hpp) has its mesh's volume.
+/// Volume of all material between z = 0 and the front of a layer, negative where the front lies below z = 0.
+/// In an axial domain it is the volume of the revolution.
+/// The mesh's triangles are chords of the curved front, which lies up to dx^2 / (8 r) beyond them (r: radius
+/// of curvature). The integral of the grid's distance over the triangles is therefore added; this distance is
+/// cubic along cell edges, so the volume is of fourth order in dx. Nothing is added at edges of the mesh and
+/// where a second difference exceeds half a cell: between planes the mesh is exact.
+/// \note For a wafer of several levels (layers/levels.hpp) it is the mesh's volume.
 double volume_of(const MaterialStack& stack, std::size_t layer);
 
 }  // namespace sidewall::levelset

@@ -26,21 +26,20 @@
 namespace sidewall::levelset {
 namespace {
 
-// The surface's leaves in a time step.
+// The surface's leaves during a time step.
 struct Stages {
     std::vector<Leaf*> leaves;
-    surface::LeafTable table;   // of the leaves
-    LargeVector<float> before;  // phi at the time step's start, if it is needed
-    LargeVector<float> start;   // phi at the start of this part of the time step, if it is needed
-    LargeVector<float> next;    // of the leaves that move
-    std::vector<std::uint8_t>
-        moved;  // by leaf: in this stage or in one before, whether or not values changed
+    surface::LeafTable table;         // of the leaves
+    LargeVector<float> before;        // phi at the time step's start, if it is needed
+    LargeVector<float> start;         // phi at the start of this part of the time step, if it is needed
+    LargeVector<float> next;          // phi after a stage, in leaves that move
+    std::vector<std::uint8_t> moved;  // by leaf: some node has had a speed, whether or not values changed
     std::vector<std::uint8_t> changed;
-    std::vector<Nodes> held;  // by leaf: at the edge of a body that etches (Band::held); empty: none
-    const LevelColumns* deep = nullptr;  // of the finer level: under them none moves; null: all do
+    std::vector<Nodes> held;             // by leaf: nodes at edges of etching bodies (Band::held), or empty
+    const LevelColumns* deep = nullptr;  // finer level's columns under which none moves; null: all do
 };
 
-// Entries of a leaf that an extension does not have.
+// Entries for a leaf that an extension does not contain.
 constexpr auto kNoSamples = [] {
     std::array<std::int32_t, Leaf::SIZE> entries{};
     entries.fill(SampleIndex::kNone);
@@ -54,14 +53,13 @@ bool any_moves(const Leaf& leaf, const std::int32_t* sample, const SampleSpeeds&
 }
 
 // out = keep * phi0 + (1 - keep) * (phi - dt H(phi)): one stage of a strong-stability-preserving Runge-Kutta
-// scheme (Shu and Osher, J. Comput. Phys. 77 (1988) 439), phi0 being that at the time step's start. Leaves in
-// which nothing has a speed are left as they are. The first stage, which keeps nothing, notes phi0.
+// scheme (Shu and Osher, J. Comput. Phys. 77 (1988) 439). phi0 is phi at the start of the time step or of its
+// part; the first stage (keep = 0) saves it. Leaves in which nothing has a speed do not change.
 template <int R>
 void stage(Stages& stages, const std::vector<const std::int32_t*>& samples, const Grid& grid,
            const SampleSpeeds& speeds, double duration, float keep) {
     const float background = grid.background();
-    const float limit =
-        std::nextafter(background, 0.0f);  // a voxel of the band stays one until it is re-distanced
+    const float limit = std::nextafter(background, 0.0f);  // keeps voxels in the band until re-distancing
     const auto dt = static_cast<float>(duration), dx = static_cast<float>(speeds.stack.domain.spacing);
     const LeafData data(stages.table, stages.leaves);
     surface::parallel_each(stages.leaves.size(), 4, [&](std::size_t n) {
@@ -91,7 +89,7 @@ void stage(Stages& stages, const std::vector<const std::int32_t*>& samples, cons
                 for (std::size_t z = 0; z < kLanes; ++z)
                     values[z] = keep * phi0[first + z] + (1.0f - keep) * values[z];
             for (std::size_t z = 0; z < kLanes; ++z) {
-                // A front that is on the node already leaves it, however slowly.
+                // Values near 0 are rounded to 0, unless phi was 0: a front on the node may leave it slowly.
                 const float rounded = without_rounding(values[z], dx);
                 const float value = without_rounding(phi[first + z], dx) == 0.0f ? values[z] : rounded;
                 values[z] = std::min(std::max(value, -limit), limit);
@@ -106,9 +104,9 @@ void stage(Stages& stages, const std::vector<const std::int32_t*>& samples, cons
     });
 }
 
-// The nodes of each leaf at the edge of a body that etches, near enough to the front to be held: of those
-// farther off re-distancing knows as much. Nearer than that it would not: next to the edge distances have a
-// kink at the front, and deep in a thin mask they are those from its other face.
+// The nodes of each leaf at edges of bodies that etch whose values are held. Re-distancing would spoil them:
+// next to the edge distances have a kink at the front, and deep in a thin mask they are those from its other
+// face. Farther from the front than kHeldCells it gives the same values.
 std::vector<Nodes> nodes_at_edges(const std::vector<Leaf*>& leaves,
                                   const std::vector<const std::int32_t*>& samples,
                                   const SampleSpeeds& speeds) {
@@ -134,7 +132,7 @@ std::vector<Nodes> nodes_at_edges(const std::vector<Leaf*>& leaves,
     return held;
 }
 
-// What each Runge-Kutta stage keeps of phi at the time step's start.
+// The share of phi0 (see stage) that each Runge-Kutta stage keeps.
 std::span<const float> kept_shares(TimeIntegration scheme) {
     static constexpr float kEuler[] = {0.0f}, kRk2[] = {0.0f, 0.5f}, kRk3[] = {0.0f, 0.75f, 1.0f / 3.0f};
     switch (scheme) {
@@ -148,15 +146,15 @@ std::span<const float> kept_shares(TimeIntegration scheme) {
     return kEuler;
 }
 
-// Into how many parts a time step is cut so that in each of them no wave on a front whose speed turns with
-// the normal gets past the neighbouring nodes (Courant number 1).
+// The number of parts of a time step in each of which the waves of a speed that depends on the normal get no
+// farther than the neighbouring nodes (Courant number 1).
 int stable_parts(const SampleSpeeds& speeds) {
     constexpr double kMostParts = 32.0;
     const double waves = speeds.fastest_wave * speeds.duration / speeds.stack.domain.spacing;
     return static_cast<int>(std::clamp(std::ceil(waves * (1.0 - 1e-6)), 1.0, kMostParts));
 }
 
-// Notes phi before the time step.
+// Saves phi before the time step.
 void note_values(Stages& stages) {
     stages.before.resize(stages.leaves.size() * Leaf::SIZE);
     surface::parallel_each(stages.leaves.size(), 64, [&](std::size_t n) {
@@ -195,7 +193,7 @@ Stages integrate(MaterialStack& stack, const LevelColumns* deep, std::span<const
         }
         stage<R>(stages, samples, grid, *speeds, duration / parts, kept_shares(options.time_integration)[k]);
     }
-    stages.next = LargeVector<float>();  // whose memory re-distancing takes
+    stages.next = LargeVector<float>();  // frees memory for re-distancing
     return stages;
 }
 
@@ -235,13 +233,12 @@ AdvectionSeconds move_level(MaterialStack& stack, MaterialStack* finer,
         grown.emplace(release_exposed(stack, stages.leaves, stages.table, stages.before.data()));
     }
     const tbb::tick_count moved = tbb::tick_count::now();
-    // The schemes of crystals, and of laws whose normals at the surface are not known, smear edges over
-    // cells: there are no distances to keep.
+    // Schemes of crystals, and of laws without surface normals, smear edges over cells: phi is no distance.
     const SpeedLaw& law = motions.front()->law;
     const bool smears = law.depends_on_normal && law.normal.empty() && !law.beam_speed;
     const Start is = smears ? Start::function : Start::distance;
     redistance(band, stack.top(), stack.domain, kSweepsAfterTimeStep, is);
-    // Distances to a front that turns sharply are off by a part of a cell.
+    // Re-distancing near a sharp turn of the front is off by a fraction of a cell: limit again.
     if (limits) limits->keep(stack.top());
     cut_layers(stack, grown ? &*grown : nullptr);
     return {(moved - start).seconds(), (tbb::tick_count::now() - moved).seconds()};

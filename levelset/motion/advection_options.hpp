@@ -9,7 +9,7 @@ enum class Scheme : std::uint8_t { engquist_osher, weno3, weno5, lax_friedrichs 
 
 enum class TimeIntegration : std::uint8_t { euler, rk2, rk3 };
 
-/// Runge-Kutta stages of a scheme, each of which may have speeds of its own.
+/// Number of Runge-Kutta stages of a scheme; each may have separate speeds.
 constexpr std::size_t stage_count(TimeIntegration scheme) {
     return scheme == TimeIntegration::euler ? 1 : scheme == TimeIntegration::rk2 ? 2 : 3;
 }
@@ -23,12 +23,11 @@ struct AdvectionOptions {
     bool operator==(const AdvectionOptions&) const = default;
 };
 
-/// How many leaves wide the margin around a level's columns (levelset/layers/levels.hpp) has to be for a scheme and the
-/// re-distancing after it.
+/// Width in leaves of the margin around a level's columns (levelset/layers/levels.hpp) that a scheme and the
+/// re-distancing after it need.
 constexpr int margin_for(const AdvectionOptions& options) {
     const int reach = options.scheme == Scheme::weno5 ? 3 : options.scheme == Scheme::engquist_osher ? 1 : 2;
-    // A stage reads `reach` nodes, re-distancing four, and a leaf is eight wide; one is left for what is read
-    // of layers beside a node.
+    // A stage reads `reach` nodes, re-distancing four, and the layers beside a node one, of a leaf's eight.
     return static_cast<int>(stage_count(options.time_integration)) * reach + 4 < 8 ? 1 : 2;
 }
 

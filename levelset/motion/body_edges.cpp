@@ -17,17 +17,17 @@
 namespace sidewall::levelset {
 namespace {
 
-// All in dx. A body begins at a foot point if it lies at most so deep below: at an edge the mesh is half a
-// cell off.
+// Cells (dx): a body begins at a foot point if at most this deep below; at an edge the mesh is half a cell
+// off.
 constexpr double kBeginsHere = 0.75;
-// Films that are thinner do not count as a body over another one: the grid holds no gap under them.
+// Cells (dx): a thinner film is no cover of a body, as the grid holds no gap under it.
 constexpr double kThinnestCover = 0.75;
 
 void find_thickness(const MaterialStack& stack, Extension& extension) {
     const std::size_t below = stack.layers.size() - 1;
     const auto& samples = extension.samples;
-    // A leaf's samples lie one after the other; what is around it is read once, by the range that its first
-    // one is in.
+    // A leaf's samples are consecutive. The range that holds the first of them takes them all, so that the
+    // leaf's surroundings are read once.
     const auto leaf = [&](std::size_t n) -> Eigen::Vector3i {
         return samples[n].node.unaryExpr([](int i) { return i >> 3; });
     };
@@ -47,7 +47,7 @@ void find_thickness(const MaterialStack& stack, Extension& extension) {
     });
 }
 
-// What a stack's level sets hold at single nodes, ghosts included.
+// Values of a stack's level sets at single nodes, ghosts included.
 class StackValues {
   public:
     explicit StackValues(const MaterialStack& stack)
@@ -80,10 +80,11 @@ class StackValues {
     std::vector<Grid::ConstUnsafeAccessor> layers_;
 };
 
-// Whether a layer ends near the surface point at \p nearest: it is bare at a node beside the point, and more
-// than a third of the solid nodes around that cover it do so with more than \p cover. \param bare_at_point
-// the layer that is bare there. Unless it is the layer itself, what counts is it and what it lies on: a mask
-// under a thin film covers the layer. Where the film lies on the layer itself it covers it alone.
+// Whether a layer ends near the surface point at \p nearest: it is bare at a node beside the point, and at
+// more than a third of the solid nodes around where it is covered, the cover is thicker than \p cover.
+// \param bare_at_point  the layer that is bare at the point. If it is another layer, only it and what it lies
+// on count: a mask under a thin film covers the layer. Where the film lies on the layer directly, the film is
+// the cover.
 bool ends_at(const StackValues& values, std::size_t layer, std::size_t bare_at_point,
              const openvdb::Coord& nearest, float touching, float cover) {
     const auto each_node = [&](int reach, auto&& use) {
@@ -134,9 +135,9 @@ std::vector<EdgeNode> edge_nodes(const MaterialStack& stack, const Extension& ex
         std::size_t body, bare;
         bool ends;
     };
-    std::vector<Answer> answers;  // few: the nodes beside an edge share its points
+    std::vector<Answer> answers;  // few: nodes beside an edge share its points
     const auto ends = [&](const SurfaceSample& at, std::size_t body, std::size_t bare) {
-        openvdb::Coord nearest;  // to the foot point, of two as near the one nearer to the sample's node
+        openvdb::Coord nearest;  // node nearest to the foot point; ties go towards the sample's node
         for (int a = 0; a < 3; ++a)
             nearest[a] = at.node[a] + static_cast<int>(std::lround((1.0f - kTie) * at.foot[a]));
         for (const Answer& answer : answers)

@@ -18,14 +18,14 @@ Eigen::Array4i floor(const IndexPoint& p) {
     return p.array().floor().cast<int>();
 }
 
-// Cell faces, with a margin (dx) for rounding: marching cubes' vertices lie on faces, which must not count
-// for the cells beyond.
+// Margin for rounding at cell faces, in dx: marching cubes' vertices lie on faces and must not count for the
+// cells beyond.
 constexpr float kFace = 1e-4f;
 
 // The cells that a triangle passes through.
 struct Cells {
     openvdb::Coord low, high;  // of its bounding box
-    IndexPoint a, b, c;        // less the node at base
+    IndexPoint a, b, c;        // relative to the node at base
     openvdb::Coord base;
 
     Cells(std::span<const IndexPoint> vertices, const Triangle& t) {
@@ -42,7 +42,7 @@ struct Cells {
     }
     bool single() const { return low == high; }
 
-    // Calls use(leaf, cell) for those in the leaves of a table, the cell by its number in the leaf.
+    // Calls use(leaf, cell) for its cells in the leaves of a table; cells are numbered within a leaf.
     template <class Use>
     void each(const surface::LeafTable& table, Use&& use) const {
         // Long triangles pass few of their box's cells: those whose centre is near enough to their plane.
@@ -77,7 +77,7 @@ struct Cells {
     }
 };
 
-// Breaks the tie of two triangles that are equally near: the one that looks farther upwards goes first (the
+// Breaks the tie of two triangles that are equally near: the one that faces upwards more goes first (the
 // floor beside a wall), then the one with the lower number.
 template <class Vertices>
 bool goes_first(const Vertices& vertices, std::span<const Triangle> triangles, std::uint32_t one,
@@ -115,8 +115,8 @@ CellTriangles::CellTriangles(const std::vector<const Leaf*>& leaves, const Domai
     surface::parallel_each(vertices.size(), 1024, [&](std::size_t v) {
         vertices_[v] << domain.to_index(vertices[v]).cast<float>(), 0.0f;
     });
-    // Nearly all triangles of an extracted surface lie in one cell, which is found once, and many in a row in
-    // one leaf.
+    // Nearly all triangles of an extracted surface lie in one cell, which is found once. Long runs lie in one
+    // leaf.
     constexpr std::uint32_t kNowhere = 0xffffffffu, kSeveral = kNowhere - 1;
     LargeVector<std::uint32_t> leaf_of(triangles.size());
     LargeVector<std::uint16_t> cell_of(triangles.size());
@@ -124,7 +124,7 @@ CellTriangles::CellTriangles(const std::vector<const Leaf*>& leaves, const Domai
     const auto take = [&](std::size_t leaf, std::uint32_t count) {
         return next[leaf].fetch_add(count, std::memory_order_relaxed);
     };
-    // Calls use(t, count) for rows of triangles of one leaf, or of one that lies in several.
+    // Calls use(t, count) for runs of triangles in one leaf, and for each single one in several cells.
     const auto each_row = [&](const auto& range, auto&& use) {
         for (std::size_t t = range.begin(), end = t; t != range.end(); t = end) {
             for (++end; end != range.end() && leaf_of[t] != kSeveral && leaf_of[end] == leaf_of[t];) ++end;
@@ -178,7 +178,7 @@ CellTriangles::CellTriangles(const std::vector<const Leaf*>& leaves, const Domai
 void CellTriangles::sort(std::size_t leaf, std::span<const Place> places) {
     if (places.empty()) return;
     Occupied& in = occupied_[leaf];
-    std::array<std::uint32_t, Leaf::SIZE> next;  // of the occupied cells' entries
+    std::array<std::uint32_t, Leaf::SIZE> next;  // by cell: number of entries, then the next free one
     for (const Place& place : places) {
         std::uint64_t& word = in.cell[place.cell >> 6];
         const std::uint64_t bit = std::uint64_t{1} << (place.cell & 63);
@@ -198,15 +198,15 @@ void CellTriangles::sort(std::size_t leaf, std::span<const Place> places) {
     }
     start[rank] = end;
     for (const Place& place : places) entry_[next[place.cell]++] = place.triangle;
-    // Tasks came in any order; which of nearly equal triangles is taken must not tell.
+    // Tasks ran in any order, which must not decide between equally near triangles.
     for (std::uint16_t n = 0; n < rank; ++n)
         std::sort(&entry_[start[n]], &entry_[start[n]] + (start[n + 1] - start[n]));
 }
 
 void CellTriangles::search(const openvdb::Coord& cell, const IndexPoint& shift, const IndexPoint& foot,
                            const IndexPoint& direction, float& nearest, Hit& best) const {
-    // Möller and Trumbore, J. Graphics Tools 2 (1997) 21, from the foot point both ways. Edges are shared, so
-    // a little tolerance closes the gaps between neighbours.
+    // Ray-triangle test by Möller and Trumbore, J. Graphics Tools 2 (1997) 21, from the foot point in both
+    // directions. A small tolerance closes the gaps between triangles at their shared edges.
     constexpr float kEdge = 1e-5f;
     for (const std::uint32_t triangle : in_cell(cell)) {
         const auto [ia, ib, ic] = triangles_[triangle];
@@ -217,8 +217,7 @@ void CellTriangles::search(const openvdb::Coord& cell, const IndexPoint& shift, 
         const IndexPoint s = foot - corner, q = s.cross3(edge1);
         const float u = s.dot(p) * inverse, v = direction.dot(q) * inverse;
         const float away = std::abs(edge2.dot(q) * inverse);
-        // All at once, as none of them can be foreseen; a line in the triangle's plane fails by infinity or
-        // NaN.
+        // No branches, as none could be predicted. A line in the triangle's plane fails by infinity or NaN.
         const bool inside = (u >= -kEdge) & (u <= 1.0f + kEdge) & (v >= -kEdge) & (u + v <= 1.0f + kEdge);
         if (!(inside & (away <= nearest + kTie))) continue;
         if (best && away >= nearest - kTie && !goes_first(vertices_, triangles_, triangle, best.triangle))
@@ -236,7 +235,7 @@ CellTriangles::Hit CellTriangles::nearest_hit(const openvdb::Coord& node, const 
         return IndexPoint(static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z()),
                           0.0f);
     };
-    // Less the leaf's origin, which keeps the digits.
+    // Relative to the leaf's origin, so that coordinates keep their digits.
     const openvdb::Coord origin = node & ~7;
     const IndexPoint shift(static_cast<float>(origin.x()), static_cast<float>(origin.y()),
                            static_cast<float>(origin.z()), 0.0f);
@@ -270,13 +269,13 @@ surface::SurfaceHit NearestSurface::closest(const CellTriangles& cells, const Do
         if (hit && (!best || is_nearer(hit, best, domain.spacing))) best = hit, world = from;
     }
     if (best) return best;
-    // Isolated: a thread that waits for the hierarchy's own tasks must not come back here with another node.
+    // Isolated: a thread that waits for the hierarchy's tasks must not enter here with another node.
     if (scene_ == nullptr)
         std::call_once(once_, [&] { tbb::this_task_arena::isolate([&] { own_scene_.emplace(*mesh_); }); });
     return (scene_ != nullptr ? *scene_ : *own_scene_).closest_point(world, 1e30);
 }
 
-// Nothing if the surface is two cells away or more.
+// The nearest point by the triangles in cells; none if the surface is two cells away or more.
 surface::SurfaceHit NearestSurface::near(const CellTriangles& cells, const openvdb::Coord& node,
                                          const Vec3& world, double dx) const {
     constexpr double kSure = 0.99, kFar = 1.99;  // dx; the margins are for rounding

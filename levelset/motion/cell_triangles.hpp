@@ -19,40 +19,40 @@ namespace sidewall::levelset {
 /// A point in dx; the fourth component is 0 and fills the register.
 using IndexPoint = Eigen::Vector4f;
 
-/// Images of a node beyond the periodic sides that it is next to, from which the surface there is seen. Along an axis of a cell or
-/// two the surface is everywhere the same, and there are none.
+/// Periodic images of a node that lies next to periodic sides, from which the surface beyond is seen. Along
+/// an axis of one or two cells the surface does not change, and there are none.
 std::vector<openvdb::Coord> images_beside(const Domain& domain, const openvdb::Coord& node);
 
-/// A mesh's triangles by the grid cells they pass through, those of a grid's leaves: finds what a short ray from a node
-/// hits by a handful of tests, where a search through a hierarchy over the whole mesh costs ten times as much.
+/// A mesh's triangles sorted by the cells of a grid's leaves that they pass through. A short ray from a node
+/// takes a handful of tests; a search in a hierarchy over the whole mesh costs ten times as much.
 class CellTriangles {
   public:
-    /// A hit counts this near to the expected foot point, in dx.
+    /// Largest distance of a hit from the expected foot point, in dx.
     static constexpr float kSlack = 0.25f;
 
-    /// What a ray met, near to its expected foot point.
+    /// A hit of a ray near its expected foot point.
     struct Hit {
         std::uint32_t triangle;
         float u, v;  ///< barycentric weights of the triangle's second and third vertex
         explicit operator bool() const { return triangle != surface::kNoTriangle; }
     };
 
-    /// Sorts triangles into the cells whose low corner is a node of one of the \p leaves. Parallel; O(triangles + leaves).
+    /// Sorts triangles into the cells whose low corner is a node of a leaf. Parallel; O(triangles + leaves).
     CellTriangles(const std::vector<const Leaf*>& leaves, const Domain& domain,
                   std::span<const Vec3> vertices, std::span<const Triangle> triangles);
 
-    /// The hit nearest to \p node + \p distance * \p direction (in dx) along that line, within kSlack, those in that point's
-    /// own cell first; of equals, that of the triangle that looks farthest upwards.
+    /// The hit on the line from \p node along \p direction that is nearest to the point at \p distance (dx)
+    /// on it, within kSlack; first in the point's own cell. Ties go to the triangle that faces upwards most.
     Hit nearest_hit(const openvdb::Coord& node, const Vec3& direction, double distance) const;
 
-    /// Calls use(triangle) for those that pass through one of the eight cells around a node; some more than once.
+    /// Calls use(triangle) for those that pass through the eight cells around a node; some more than once.
     template <class Use>
     void each_around(const openvdb::Coord& node, Use&& use) const {
         for (int n = 0; n < 8; ++n)
             for (const std::uint32_t t : in_cell(node.offsetBy(-(n & 1), -(n >> 1 & 1), -(n >> 2)))) use(t);
     }
 
-    /// Calls use(triangle) for all in the leaves whose cells come within \p reach of a node.
+    /// Calls use(triangle) for all triangles in leaves with cells within \p reach cells of a node.
     template <class Use>
     void each_in_leaves(const openvdb::Coord& node, int reach, Use&& use) const {
         for (int x = (node.x() - reach) >> 3; x <= (node.x() + reach) >> 3; ++x)
@@ -65,7 +65,7 @@ class CellTriangles {
                 }
     }
 
-    /// Numbers of the leaves by their place.
+    /// The numbers of the leaves by their place.
     const surface::LeafTable& table() const { return table_; }
 
   private:
@@ -99,23 +99,23 @@ class CellTriangles {
     surface::LeafTable table_;
     std::vector<std::uint32_t> first_;  // leaf n's entries stand at first_[n] .. first_[n + 1]
     std::vector<Occupied> occupied_;
-    // First entry of each occupied cell, and after a leaf's last cell the end of its entries: leaf n's stand
-    // from first_[n] + n on.
+    // First entry of each occupied cell, and after a leaf's last cell the end of its entries. The part of
+    // leaf n begins at first_[n] + n.
     LargeVector<std::uint32_t> start_;
     LargeVector<std::uint32_t> entry_;  // triangles, the lowest of a cell first
 };
 
-/// A mesh on which the points nearest to nodes of a grid are searched.
+/// Finds the points of a mesh nearest to grid nodes.
 class NearestSurface {
   public:
     explicit NearestSurface(const surface::RayScene& scene)
         : vertices(scene.vertices()), triangles(scene.triangles()), scene_(&scene) {}
-    /// Without a hierarchy, which is made when a node has no triangle near.
+    /// Builds no hierarchy until a node has no triangle near.
     explicit NearestSurface(const TriangleMesh& mesh)
         : vertices(mesh.vertices), triangles(mesh.triangles), mesh_(&mesh) {}
 
     /// The point nearest to a node.
-    /// \param[in,out] world  the node's place; that of its image beyond a periodic side if the surface is nearer there.
+    /// \param[in,out] world  the node's place; set to that of an image if the surface is nearer there.
     surface::SurfaceHit closest(const CellTriangles& cells, const Domain& domain, const openvdb::Coord& node,
                                 Vec3& world) const;
 

@@ -11,17 +11,18 @@
 namespace sidewall::levelset {
 namespace {
 
-// The way from the edge of what covers a body to a node, in cells, and the directions across and along the
-// edge.
+// Unit vectors from the edge of a body's cover to a node (way), across the edge and along it.
 struct FromEdge {
     Vec3 way, across, along;
 };
 
-// None for a node straight behind the bare surface. The edge is at right angles to the way and to the normal
-// of the covered surface, which is nearest to places farther inside, if not to the node.
+// The directions at a node; none if it lies straight behind the bare surface. The edge is perpendicular to
+// the line from it to the node and to the normal of the covered surface. That is the gradient of the body's
+// phi where the covered surface is the closest one: at the node, or up to kInside cells farther inside. Of
+// these gradients the one most perpendicular to the line is taken.
 std::optional<FromEdge> from_edge(const MaterialStack& stack, const SurfaceSample& at, std::size_t body) {
     constexpr int kInside = 3;
-    constexpr double kStraight = 0.3, kOnEdge = 0.05, kFarthest = 2.5;
+    constexpr double kStraight = 0.3, kOnEdge = 0.05, kFarthest = 2.5;  // sine; cells; cells
     const Vec3 foot = at.foot.cast<double>();
     if (foot.norm() < kOnEdge || foot.norm() > kFarthest) return std::nullopt;
     const auto phi = stack.layers[body].phi->getConstUnsafeAccessor();
@@ -53,7 +54,10 @@ std::optional<FromEdge> from_edge(const MaterialStack& stack, const SurfaceSampl
 std::optional<double> crystal_edge_speed(const MaterialStack& stack, std::span<const Vec3> planes,
                                          const SurfaceSample& at, std::size_t body, double fastest,
                                          const std::function<double(const Vec3& normal)>& speed_of) {
-    constexpr int kTurns = 22;  // on either side, by 4 degrees
+    constexpr int kTurns = 22;  // directions on either side, 4 degrees apart
+    // kParallel: sine below which a plane is parallel to the edge. kAtCorner: at a corner, the edge's line is
+    // more cells than this off the surface one cell farther on. kSlow: share of the fastest rate that stops
+    // the front. kAlong: least cosine between a plane's normal and the line from edge to node.
     constexpr double kParallel = 0.17, kAtCorner = 0.4, kSlow = 0.1, kAlong = 0.02;
     const auto from = from_edge(stack, at, body);
     if (!from) return std::nullopt;

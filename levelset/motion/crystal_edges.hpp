@@ -8,12 +8,13 @@
 
 namespace sidewall::levelset {
 
-/// Speed at which a crystal's front gets to a node from the edge of what covers it (find_bodies): that of the plane that sets out
-/// from the edge and gets to the node last (Wulff's construction). From a straight edge planes set out that are parallel to it,
-/// from its corners all.
+/// Speed of a crystal's front at a node that it reaches from the edge of its cover (find_bodies): that of the
+/// plane that starts at the edge and arrives last (Wulff's construction). Planes parallel to a straight edge
+/// start from it; all planes start from a corner.
 ///
-/// None where the grid's scheme is the better one: at a node straight behind the bare surface, at the edge itself, farther from
-/// it than such nodes are held, and where a plane stops the front that is ten times slower than the fastest.
+/// None where the grid's scheme is better: at a node straight behind the bare surface, on the edge itself,
+/// farther from it than such nodes are held, and where a plane ten times slower than the fastest stops the
+/// front.
 /// \param planes    normals at which V may have a cusp.
 /// \param at        the node's sample.
 /// \param body      the crystal's layer.

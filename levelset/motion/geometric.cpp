@@ -23,9 +23,8 @@ namespace {
 
 using LeafManager = openvdb::tree::LeafManager<Grid::TreeType>;
 
-// The level set whose value at every node near one of the fronts is combine(values there): unions, cuts,
-// differences. Every point of its front lies on one of theirs, so their bands hold its own. A distance again
-// afterwards.
+// Combines level sets (union, intersection, difference) by combine(values) at every node near a front, and
+// re-distances the result. Every point of its front lies on one of theirs, so that their bands hold its band.
 template <std::size_t N, class Combine>
 GridPtr combined(const Domain& domain, const std::array<const Grid*, N>& grids, Combine&& combine) {
     GridPtr result = grids[0]->deepCopy();
@@ -52,7 +51,7 @@ GridPtr combined(const Domain& domain, const std::array<const Grid*, N>& grids, 
         }
     });
     trim_band(*result, domain);
-    // Where nothing was cut or joined edges stay as they are.
+    // Without a change the grid is not re-distanced, so that edges stay sharp.
     if (changed && result->activeVoxelCount() > 0) redistance(*result, domain, kSweepsAnew, Start::distance);
     return result;
 }
@@ -65,15 +64,14 @@ GridPtr common(const Domain& domain, const Grid& a, const Grid& b) {
     return combined(domain, std::array{&a, &b}, [](const auto& v) { return std::max(v[0], v[1]); });
 }
 
-// From 1 at \p from, or before, to 0 at \p to.
+// Linear ramp: 1 up to \p from, 0 from \p to on.
 float ramp(float x, float from, float to) {
     return std::clamp((to - x) / (to - from), 0.0f, 1.0f);
 }
 
-// What is left of a layer \p own whose material stays when others below it go: the level set below it was \p
-// below and becomes \p bare, null if nothing is left there. Its film and what is bare, then; but the grid
-// holds no gap under a film that is thinner than a cell, and none at all where nothing went: there the film
-// closes it.
+// The new level set of a layer \p own whose material stays when others below it go: the union of its film and
+// \p bare, which the level set \p below it becomes (null: nothing is left there). The grid holds no gap
+// thinner than a cell under a film, and none is wanted where nothing went: there the film closes the gap.
 GridPtr without(const Domain& domain, const Grid& own, const Grid& below, const Grid* bare) {
     if (bare == nullptr)
         return combined(domain, std::array{&own, &below},
@@ -114,12 +112,11 @@ double highest_front(const Grid& grid, const Domain& domain) {
     return highest;
 }
 
-// How far walls that coincide with the wafer's overlap them, in dx, so that no film of zero thickness is
-// left.
+// Overlap, in dx, of walls that coincide with the wafer's, so that no film of zero thickness is left.
 constexpr double kOverlap = 1e-3;
 
-// All that lies beside the openings of \p pattern or below \p bottom, down from above \p top. The openings
-// are \p wider by so much on every side.
+// Everything beside the openings of \p pattern or below \p bottom, up to above \p top. The openings are
+// widened by \p wider (world units) on every side.
 GridPtr columns(const MaterialStack& stack, const Shape& pattern, double bottom, double top, double wider) {
     const Domain& domain = stack.domain;
     const double margin = 2.0 * kHalfWidth * domain.spacing, end = top + margin;
@@ -131,8 +128,8 @@ GridPtr columns(const MaterialStack& stack, const Shape& pattern, double bottom,
     return sample_grid(domain, distance, low - margin, end + margin);
 }
 
-// Removes closed voids from \p film: nodes of gas whose nearest surface bounds one, and of the material in
-// reach of such a surface, whose distances it needs however near the film is.
+// Removes closed voids from \p film: gas nodes whose closest surface bounds a void, and material nodes within
+// reach of such a surface, as its distances are needed however near the film is.
 void keep_out_of_voids(Grid& film, const MaterialStack& stack) {
     const Domain& domain = stack.domain;
     const TriangleMesh surface = extract_surface(stack.top(), domain);
@@ -142,7 +139,7 @@ void keep_out_of_voids(Grid& film, const MaterialStack& stack) {
     TriangleMesh voids;
     voids.vertices = surface.vertices;
     const double reach = kHalfWidth * domain.spacing;
-    Box3 box;  // of all that is shut in
+    Box3 box;  // around all voids
     for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
         if (sealed[t] == 0) continue;
         voids.triangles.push_back(surface.triangles[t]);
@@ -151,7 +148,7 @@ void keep_out_of_voids(Grid& film, const MaterialStack& stack) {
     const surface::RayScene scene(surface), beside_voids(voids);
     box = {box.min - Vec3::Constant(reach), box.max + Vec3::Constant(reach)};
     std::vector<std::pair<openvdb::Coord, float>>
-        missing;  // leaves of the surface, each wholly in the film or not
+        missing;  // leaves of the surface that the film lacks, and their value
     for (auto leaf = stack.top().tree().cbeginLeaf(); leaf; ++leaf)
         if (!film.tree().probeConstLeaf(leaf->origin()))
             missing.emplace_back(leaf->origin(),
@@ -192,7 +189,7 @@ void strip(MaterialStack& stack, int material) {
     if (stack.layers.front().material == material)
         throw GeometryError("strip: the substrate cannot be taken away: name another material");
     std::vector<Layer> left;
-    GridPtr below, bare;  // as they were, and without the material
+    GridPtr below, bare;  // level set below: before, and without the material
     bool touched = false;
     for (const Layer& layer : stack.layers) {
         if (layer.material == material)
@@ -218,7 +215,7 @@ void mask(MaterialStack& stack, int material, const Shape& pattern, double thick
     if (conformal) grow(*film, domain, thickness);
     const double top = conformal ? highest_front(*film, domain) : highest_front(*film, domain) + thickness;
     if (!conformal) film = plane(domain, top);
-    // The pattern's walls end above the film, which keeps its own top.
+    // The pattern's walls end above the film, so that the film keeps its top.
     const GridPtr covered = columns(stack, pattern, -kInfinity, top, -kOverlap * domain.spacing);
     film = common(domain, *film, *covered);
     keep_out_of_voids(*film, stack);
@@ -237,7 +234,7 @@ void cut(MaterialStack& stack, std::span<const int> materials, const Shape& patt
         throw GeometryError("a cut through the substrate must end at a depth");
     const GridPtr beside =
         columns(stack, pattern, bottom, highest_front(stack.top(), domain), kOverlap * domain.spacing);
-    // Layer by layer from below: with all that goes, and bare of it wherever it lies. Null: nothing.
+    // The level set below each layer: before the cut, and without \p materials anywhere. Null: nothing there.
     GridPtr below, bare;
     bool touched = false;
     for (Layer& layer : stack.layers) {

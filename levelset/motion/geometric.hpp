@@ -4,8 +4,7 @@
 #include "levelset/layers/stack.hpp"
 #include "levelset/shapes/shapes.hpp"
 
-// Process steps that are pure geometry: what a model process would leave, without one. Stacks have one level
-// (levelset/layers/levels.hpp).
+// Process steps as pure geometry, without a model. Stacks have one level (levelset/layers/levels.hpp).
 namespace sidewall::levelset {
 
 /// Takes away everything above z = \p height, as an ideal polish does.
@@ -22,14 +21,14 @@ void strip(MaterialStack& stack, int material);
 /// surface.
 void conformal(MaterialStack& stack, int material, double thickness);
 
-/// Adds a film of \p material with openings: spun on to a flat top \p thickness above the highest point, or as
-/// conformal() adds it, and taken away again where \p pattern is open (levelset/shapes/outline.hpp; its top is not read).
-/// Gas that is shut in stays gas.
+/// Adds a film of \p material with openings: its top is flat, \p thickness above the highest point (spin-on),
+/// or it is conformal as by conformal(). It is removed where \p pattern is open (levelset/shapes/outline.hpp;
+/// the pattern's top is not read). Closed voids stay gas.
 /// \throws GeometryError for a pattern that is no outline.
 void mask(MaterialStack& stack, int material, const Shape& pattern, double thickness, bool conformal);
 
-/// Takes away what lies within \p pattern above z = \p bottom of the layers whose materials are \p materials, whatever
-/// lies on them stays where it is. \p bottom may be minus infinity.
+/// Takes away the layers of \p materials within \p pattern above z = \p bottom, which may be minus infinity.
+/// What lies on them stays where it is.
 /// \throws GeometryError as mask(), or if the substrate has to go and there is no bottom.
 void cut(MaterialStack& stack, std::span<const int> materials, const Shape& pattern, double bottom);
 

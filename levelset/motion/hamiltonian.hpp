@@ -18,18 +18,19 @@ double hamiltonian(const Vec3& p, SpeedOf&& speed) {
     return length > 0.0 ? length * speed(Vec3(p / length)) : 0.0;
 }
 
-// |dH/dp| is a central difference over this part of |p|: H has kinks, and is homogeneous in p.
+// Step of the central difference for |dH/dp|, as a share of |p| (H has kinks, and is homogeneous in p); and
+// the least |p|.
 inline constexpr double kShift = 1e-3, kLeastGradient = 1e-6;
 
-// H without what dissipation adds beyond 0: what etches does not grow by it.
+// Limits H to the given sign: dissipation must not turn an etch into growth, nor the reverse.
 inline double with_sign(double sign, double h) {
     return sign <= 0.0 ? std::min(h, 0.0) : std::max(h, 0.0);
 }
 
-/// H by Godunov's flux of V(n) given by \p speed_of(normal) at one node, from its one-sided gradients: along each axis in
-/// turn the least H between the two where phi bends up, the largest where it bends down (Osher and Shu, SIAM J. Numer.
-/// Anal. 28 (1991) 907). Where the two hardly differ, by its linear form; else by a search over both and what is midway, which
-/// bounds H by its own values.
+/// Godunov's flux for V(n) given by \p speed_of(normal) at one node, from its one-sided gradients: along each
+/// axis in turn the least H between the two where phi is convex, the largest where it is concave (Osher and
+/// Shu, SIAM J. Numer. Anal. 28 (1991) 907). If the gradients hardly differ, its linear form; else a search
+/// over both ends and the middle, which bounds the flux by values of H.
 template <class SpeedOf>
 float godunov(const Vec3& minus, const Vec3& plus, SpeedOf&& speed_of) {
     constexpr double kSmooth = 0.1;  // of |p|
@@ -48,7 +49,7 @@ float godunov(const Vec3& minus, const Vec3& plus, SpeedOf&& speed_of) {
         }
         return static_cast<float>(with_sign(h, flux));
     }
-    // Axes along which the two differ little count at their middle.
+    // Axes along which the gradients hardly differ are evaluated at the mean.
     int parts[3];
     for (int axis = 0; axis < 3; ++axis) parts[axis] = std::abs(rise[axis]) > 1e-3 * least ? kParts : 0;
     const auto place = [&](int axis, int part) {
@@ -61,7 +62,7 @@ float godunov(const Vec3& minus, const Vec3& plus, SpeedOf&& speed_of) {
     for (int i = 0; i <= parts[0]; ++i) {
         for (int j = 0; j <= parts[1]; ++j) {
             for (int k = 0; k <= parts[2]; ++k) {
-                // phi is a distance: steeper gradients are corners of the search, not of the surface.
+                // phi is a distance: only corners of the search box have steeper gradients.
                 const Vec3 p(place(0, i), place(1, j), place(2, k));
                 const double h = hamiltonian(Vec3(p / std::max(1.0, p.norm())), speed_of);
                 of_z = k == 0 ? h : better(2, of_z, h);
@@ -73,13 +74,13 @@ float godunov(const Vec3& minus, const Vec3& plus, SpeedOf&& speed_of) {
     return static_cast<float>(of_x);
 }
 
-// Schemes of higher order may miss the normals between the two sides of an edge, so that no facet begins
-// there: where first differences along an axis differ by more than this, they count.
+// At a kink first differences along an axis differ by more than this. They are used there, as higher-order
+// schemes may miss the normals between the two sides of an edge, so that no facet begins.
 inline constexpr double kKink = 0.2;
-// Values farther from the front than this, in cells, are set anew by re-distancing before it gets there.
+// Cells: values farther from the front are set anew by re-distancing before the front reaches them.
 inline constexpr float kNearFront = 1.5f;
 
-/// H by Godunov's flux where \p plus and \p minus hardly differ, of V(n) = speed + slope . (n - normal).
+/// Linear form of Godunov's flux for the linearised speed V(n) = speed + slope . (n - normal).
 /// \returns false if n is too far from the normal for that.
 inline bool expanded(const Vec3& minus, const Vec3& plus, const Vec3& normal, double speed, const Vec3& slope,
                      float& flux) {
@@ -94,9 +95,10 @@ inline bool expanded(const Vec3& minus, const Vec3& plus, const Vec3& normal, do
     return true;
 }
 
-/// H at an edge between two planes, by first differences at a node of a block, where V(n) opens the edge: the least H
-/// (convex edges) or largest one (hollow ones) along the chord between the planes' gradients is at neither end.
-/// \returns false if there is no edge, or its sides move on as they are.
+/// H at an edge between two planes that V(n) opens with a new facet, from first differences at a node of a
+/// block: the least H (convex edge) or the largest (hollow edge) along the chord between the planes'
+/// gradients.
+/// \returns false if there is no edge, or H is extreme at an end of the chord: no facet opens.
 template <int R, class SpeedOf>
 bool opened_edge(const float* v, float inv_dx, SpeedOf&& speed_of, float& flux) {
     constexpr int kPlaces = 6;
@@ -129,24 +131,24 @@ bool opened_edge(const float* v, float inv_dx, SpeedOf&& speed_of, float& flux) 
     return h != ends;
 }
 
-/// H by Lax-Friedrichs of V(n) given by \p speed_of(normal) at one node, from its one-sided gradients.
+/// Lax-Friedrichs flux for V(n) given by \p speed_of(normal) at one node, from its one-sided gradients.
 /// \param bounds  of |dH/dp| by axis.
 template <class SpeedOf>
 float lax_friedrichs(const Vec3& minus, const Vec3& plus, const Vec3& bounds, SpeedOf&& speed_of) {
     const double mean = hamiltonian(Vec3(0.5 * (minus + plus)), speed_of);
     const double flux = mean - 0.5 * bounds.dot(plus - minus);
-    // V of one sign gives H of one sign: dissipation alone would fill a corner that an etch leaves, or
-    // take from one that grows. Midway between two fronts the mean is 0.
+    // H has the sign of V: dissipation alone would fill a corner that an etch leaves, or erode one that
+    // grows. Midway between two fronts the mean is 0, and both sides give the sign.
     const double sign = mean != 0.0 ? mean : hamiltonian(minus, speed_of) + hamiltonian(plus, speed_of);
     return static_cast<float>(sign < 0.0 ? std::min(flux, 0.0) : std::max(flux, 0.0));
 }
 
-/// Whether a slow face is near the normals between one-sided gradients: V changes by more than twice itself a radian, so that a
-/// small error of a normal there moves the front far.
+/// Whether a crystal's slow face is near the normals between one-sided gradients: V changes by more than
+/// twice its value per radian, so that a small error of the normal moves the front far.
 template <class SpeedOf>
 bool beside_slow_face(const Vec3& minus, const Vec3& plus, SpeedOf&& speed_of) {
     constexpr double kTilt = 0.1, kSteep = 2.0, kSame = 0.1;
-    for (int corner = 0; corner < 8; ++corner) {  // of the box between the gradients, or of its thick axes
+    for (int corner = 0; corner < 8; ++corner) {  // of the box between the gradients; once along thin axes
         Vec3 p;
         bool again = false;
         for (int axis = 0; axis < 3; ++axis) {
@@ -166,9 +168,9 @@ bool beside_slow_face(const Vec3& minus, const Vec3& plus, SpeedOf&& speed_of) {
     return false;
 }
 
-/// H of a crystal from one-sided first differences, which are monotone and so find its slow faces. Lax-Friedrichs beside
-/// those and where phi is a plane; it rounds an edge over as many cells as the fastest wave of any face asks for, so that edges of
-/// other faces take Godunov's flux.
+/// H of a crystal from one-sided first differences: a monotone scheme, which finds the slow faces.
+/// Lax-Friedrichs beside slow faces and where phi is a plane. It rounds edges over a number of cells that
+/// grows with the fastest wave of any face; edges of other faces therefore take Godunov's flux.
 template <class SpeedOf>
 float crystal(const Vec3& minus, const Vec3& plus, const Vec3& bounds, SpeedOf&& speed_of) {
     constexpr double kPlane = 0.02;
@@ -177,19 +179,18 @@ float crystal(const Vec3& minus, const Vec3& plus, const Vec3& bounds, SpeedOf&&
     return godunov(minus, plus, speed_of);
 }
 
-/// H by Lax-Friedrichs of a row with a BeamSpeed: H(p) = facing max(0, p . d) + always |p|, with the slopes of
+/// Lax-Friedrichs flux of a row with a BeamSpeed: H(p) = facing max(0, p . d) + always |p|; its slopes by
 /// central differences in closed form.
 inline Row beam_row(const std::array<OneSided, 3>& d, float inv_dx, const Vec3& beam, const Row& facing,
                     const Row& always) {
     std::array<float, 3> towards, steep;
     for (std::size_t a = 0; a < 3; ++a) {
         towards[a] = static_cast<float>(beam[static_cast<int>(a)]);
-        // The kink at p . d = 0 as the central difference sees it.
+        // Steepness of the kink at p . d = 0 in a central difference.
         steep[a] = towards[a] != 0.0f ? 0.5f / (static_cast<float>(kShift) * std::abs(towards[a])) : 0.0f;
     }
     using Slopes = std::array<Row, 3>;
-    // Makes slopes as large as those at a place between the differences, from 0 to 1 along each axis.
-    // \returns H there.
+    // Raises slopes to those at a place between the differences, 0 to 1 along each axis. \returns H there.
     const auto point = [&](float x, float y, float z, Slopes& largest) __attribute__((always_inline)) {
         const std::array<float, 3> at{x, y, z};
         Row value;
@@ -213,7 +214,7 @@ inline Row beam_row(const std::array<OneSided, 3>& d, float inv_dx, const Vec3& 
     };
     Slopes middle{}, dissipation{};
     Row h = point(0.5f, 0.5f, 0.5f, middle);
-    // The mean of all four diagonals between the differences: a mirrored wafer swaps them.
+    // The mean over all four diagonals between the differences: a mirrored wafer swaps the diagonals.
     for (const auto& [y, z] : {std::pair(0.0f, 0.0f), {1.0f, 0.0f}, {0.0f, 1.0f}, {1.0f, 1.0f}}) {
         Slopes largest = middle;
         point(0.0f, y, z, largest);
@@ -224,8 +225,8 @@ inline Row beam_row(const std::array<OneSided, 3>& d, float inv_dx, const Vec3& 
     for (std::size_t a = 0; a < 3; ++a)
         for (std::size_t n = 0; n < kLanes; ++n)
             h[n] -= 0.5f * dissipation[a][n] * (d[a].plus[n] - d[a].minus[n]) * inv_dx;
-    // One sign as in lax_friedrichs: a growth by dissipation alone where all etches would count as the
-    // uppermost layer's.
+    // H keeps the sign as in lax_friedrichs: growth by dissipation alone where all etches would count as
+    // growth of the uppermost layer.
     for (std::size_t n = 0; n < kLanes; ++n) {
         const float low = std::min(facing[n], always[n]), high = std::max(facing[n], always[n]);
         h[n] = high <= 0.0f ? std::min(h[n], 0.0f) : h[n];
@@ -234,10 +235,11 @@ inline Row beam_row(const std::array<OneSided, 3>& d, float inv_dx, const Vec3& 
     return h;
 }
 
-/// Replaces the differences from where a beam moves phi by what arrives at the node within a time step, where phi has a kink in
-/// the cell that it comes from: a floor's distance ends beside a wall and a top's at its rim, and a difference across that
-/// end would hold the floor back, or move the wall below the rim (subcell resolution; Harten, J. Comput. Phys. 83 (1989)
-/// 148). Only where the axis meets one of the two fronts at 37 degrees or less.
+/// Subcell resolution (Harten, J. Comput. Phys. 83 (1989) 148): where phi has a kink in the upwind cell of a
+/// beam, replaces the upwind difference by the mean of what reaches the node within the time step. A floor's
+/// distance ends beside a wall, a top's at its rim; a difference across that end would hold the floor back,
+/// or move the wall below the rim. Only where the axis and the normal of one of the two fronts make 37
+/// degrees or less.
 /// \param courant  facing times the time step over dx, by node.
 template <int R>
 void resolve_kinks(const float* v, float inv_dx, const Vec3& beam, const Row& courant,
@@ -285,7 +287,7 @@ void constant_row(const float* v, const std::int32_t* entry, const SampleSpeeds&
         h[n] = speed[n] * inv_dx * std::sqrt(speed[n] > 0.0f ? growing[n] : etching[n]);
 }
 
-/// H of the nodes of a leaf's row (x, y) that have a sample, by their entries of a SampleIndex; 0 of the others.
+/// H of the nodes of a leaf's row (x, y), by their entries of a SampleIndex; 0 for nodes without a sample.
 template <int R>
 void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* entry, const SampleSpeeds& in,
                      Row& h) {
@@ -354,7 +356,7 @@ void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* en
             h[n] = bounds.empty() ? godunov(minus, plus, speed_of)
                                   : crystal(minus, plus,
                                             bounds[exposed(in.stack, in.motion.extension, index)], speed_of);
-            // One sign as in beam_row; layers below do not grow either, see speed_over.
+            // H keeps the sign as in beam_row; layers below do not grow either, see speed_over.
             if (in.motion.law.beam_speed) {
                 const BeamSpeed of =
                     in.motion.law.beam_speed(index, exposed(in.stack, in.motion.extension, index));

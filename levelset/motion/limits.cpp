@@ -17,14 +17,13 @@ namespace {
 constexpr float kUnlimited = std::numeric_limits<float>::infinity();
 using Values = std::array<float, Leaf::SIZE>;
 
-// How far the bodies below the surface let it recede.
+// The upper limits of phi by the bodies below the surface.
 class BodyLimits {
   public:
     BodyLimits(const MaterialStack& stack, const Motion& motion, double duration)
         : stack_(stack), motion_(motion), duration_(duration) {}
 
-    // What phi may be after the time step at the nodes of a leaf, by the bodies that they lie in; nothing if
-    // it may be anything.
+    // The largest phi after the time step at a leaf's nodes, by the bodies that they lie in; null: no limit.
     std::unique_ptr<Values> limits(const Leaf& leaf, const float* was) const {
         const std::int32_t* samples = motion_.extension.sample_of->find(leaf.origin());
         if (samples == nullptr) return nullptr;
@@ -60,7 +59,7 @@ class BodyLimits {
             if (k < layers.size() && (!layers[k] || !layers[k]->isValueOn(node))) continue;
             const float below = layers[k - 1]->getValue(node);
             const float upper = k < layers.size() ? layers[k]->getValue(node) : was;
-            // In the body, or on its underside; where layers coincide it is not there.
+            // Only in the body or on its underside; where layers coincide there is no body.
             if (!(upper < 0.0f) || -below > touching || below - upper <= touching) continue;
             const std::size_t own = exposed(stack_, motion_.extension, sample);
             if (k < own) continue;
@@ -75,8 +74,7 @@ class BodyLimits {
         if (!motion_.law.inert.empty() && motion_.law.inert[layer]) return 0.0;
         if (!motion_.law.depends_on_normal)
             return std::max(0.0, -motion_.law.speed(sample, layer, Vec3::UnitZ()) * duration_);
-        // Without the normal all that is known of a body that etches is the rate of its fastest face: no
-        // limit.
+        // The normal is unknown here: only a body that etches at no normal is limited.
         const bool inert = motion_.law.max_etch_rate && motion_.law.max_etch_rate(sample, layer) == 0.0;
         return inert ? 0.0 : kInfinity;
     }
@@ -86,8 +84,8 @@ class BodyLimits {
     double duration_;
 };
 
-// Loads the limits of a leaf's rows of nodes and of one more node on each side, beyond the domain's sides
-// those of the nodes that are repeated there. \returns whether any is one.
+// Loads the limits of a leaf's nodes and of one more node on each side; ghosts take those of their source
+// nodes. \returns whether there may be any.
 bool load_limits(const Band& band, const Domain& domain, const std::vector<std::unique_ptr<Values>>& own,
                  const openvdb::Coord& origin, Block<1>& block) {
     std::array<const Values*, 3> column{};  // of leaves: below, level with and above the leaf
@@ -118,8 +116,7 @@ bool load_limits(const Band& band, const Domain& domain, const std::vector<std::
     return any;
 }
 
-// The limits of a leaf's nodes, by their own bodies and by those of their neighbours; nothing if there are
-// none.
+// The limits of a leaf's nodes: the lower of their own and of their neighbours' plus dx; null if none.
 std::unique_ptr<const Values> with_neighbours(const Leaf& leaf, const Block<1>& own, float dx) {
     auto result = std::make_unique<Values>();
     result->fill(kUnlimited);
@@ -177,7 +174,7 @@ void Limits::keep(Grid& phi) const {
             const float *most = leaves_[n].most->data() + 8 * row, *v = value + 8 * row;
             int beyond = 0;
             for (std::size_t z = 0; z < kLanes; ++z) beyond |= v[z] > most[z];
-            if (beyond == 0) continue;  // most rows, which other threads go on reading from where they are
+            if (beyond == 0) continue;  // most rows; unwritten, they stay in other threads' caches
             Row kept;
             for (std::size_t z = 0; z < kLanes; ++z)
                 kept[z] = v[z] > most[z] ? std::max(most[z], least) : v[z];

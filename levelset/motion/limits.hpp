@@ -9,16 +9,16 @@
 
 namespace sidewall::levelset {
 
-/// How far a time step may raise phi in bodies beside the one that it etches: a node in a mask whose nearest
-/// surface point is on the silicon that recedes under it moves with that speed, up to cfl dx past the mask's own
-/// underside. A body is what lies between one layer's level set and the next. In it phi may rise to the body's
-/// old surface and by what the body itself can lose, and at the neighbours by their distance more. Looked for where the
-/// time step has moved something near.
+/// Upper limits of phi after a time step in bodies beside the etched one. Without them, a node in a mask
+/// whose closest surface point lies on the silicon that recedes under it would move with that speed, up to
+/// cfl dx past the mask's underside. A body lies between one layer's level set and the next. In it phi may
+/// rise to the body's old surface plus what the body itself can lose; at neighbours, by dx more. Only nodes
+/// near what the time step has moved are limited.
 class Limits {
   public:
-    /// \param stack     its lower layers as before the time step, its surface moved.
+    /// \param stack     lower layers from before the time step, surface after it.
     /// \param band      of the moved surface.
-    /// \param moved     by leaf of the band: the time step has moved phi in it.
+    /// \param moved     by leaf of the band: whether the time step has moved phi in it.
     /// \param before    phi of the band's leaves before the time step, one after the other.
     /// \param motion    V, the samples' thicknesses and the bodies' largest etch rates.
     /// \param duration  of the time step.

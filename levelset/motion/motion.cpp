@@ -18,7 +18,7 @@
 namespace sidewall::levelset {
 namespace {
 
-// Speeds at a leaf's samples, and a straight line through them along each axis.
+// Speeds at a leaf's samples, and the straight line fitted to them along each axis.
 struct SpeedsOfLeaf {
     double count = 0.0, sum = 0.0;
     std::array<double, 3> place{}, squares{}, moment{};  // sums of x, x^2 and x v by axis
@@ -33,13 +33,12 @@ struct SpeedsOfLeaf {
         }
         box.add(node.x(), node.y());
     }
-    // The largest change a cell. That of single samples would be their noise.
+    // The largest slope per cell. Differences of single samples would be their noise.
     double steepest() const {
         double most = 0.0;
         for (std::size_t a = 0; a < 3; ++a) {
             const double spread = squares[a] - place[a] * place[a] / count;
-            constexpr double kLeastSpread =
-                0.5;  // of a sample; a front across the axis has nodes within a cell of it
+            constexpr double kLeastSpread = 0.5;  // cells^2 a sample: less if the front is across the axis
             if (spread > kLeastSpread * count)
                 most = std::max(most, std::abs(moment[a] - place[a] * sum / count) / spread);
         }
@@ -47,7 +46,7 @@ struct SpeedsOfLeaf {
     }
 };
 
-// Marks the coarser level's leaves in which the speed is not the same all over.
+// Marks the columns of the coarser level's leaves in which the speed changes along the surface.
 void mark_speeds(const MaterialStack& coarse, const Motion& motion, double most, LevelColumns& columns) {
     const auto& samples = motion.extension.samples;
     std::vector<const Leaf*> leaves;
@@ -87,7 +86,7 @@ std::array<std::size_t, kSpeedClasses> first_of_classes(std::span<const std::uin
 
 namespace {
 
-// Normals enter V(n) only through n . d <= 1 or crystal directions: the grid's axes and diagonals bound it.
+// Normals that bound V: it depends on n . d <= 1 or crystal directions only, so axes and diagonals suffice.
 std::vector<Vec3> bounding_normals(const Motion& motion) {
     std::vector<Vec3> normals{Vec3::UnitZ()};
     if (!motion.law.depends_on_normal) return normals;
@@ -118,8 +117,8 @@ double fastest(const MaterialStack& stack, const Motion& motion, const std::vect
     return most;
 }
 
-// The normals that the front has at a sample: the surface's, and at a node outside of a convex edge, where a
-// facet may begin, the direction from the edge to the node.
+// The normals of the front at a sample: the surface's and, at a node outside a convex edge, where a facet may
+// begin, the direction from the edge to the node.
 std::vector<Vec3> own_normals(const Motion& motion, std::size_t sample) {
     constexpr float kAlong = 0.95f;
     const Eigen::Vector3f &foot = motion.extension.samples[sample].foot, &normal = motion.law.normal[sample];
@@ -142,7 +141,7 @@ void each_reachable(const MaterialStack& stack, const Motion& motion, std::size_
     }
 }
 
-// \p finer  the columns where a finer level counts; null: nowhere.
+// The largest |V| at the samples of a level, without those in \p finer, where a finer level counts (or null).
 double max_speed_of_level(const MaterialStack& stack, const Motion& motion, const LevelColumns* finer) {
     const auto counts = [&](std::size_t sample) {
         const auto& c = motion.extension.samples[sample].node;
@@ -186,7 +185,7 @@ std::vector<LevelColumns> columns_of_speed(const MaterialStack& stack, const Mot
     const Motion* of = &motion;
     for (; level->coarser; level = level->coarser.get(), of = of->coarser.get()) {
         LevelColumns columns = most > 0.0 ? level->columns.none() : level->columns;
-        // A speed by the normal alone is the same on what is flat, and what is not is a feature.
+        // A speed by the normal alone is uniform on flat surfaces, and curved ones are features anyway.
         const bool by_normal = motion.law.depends_on_normal && !motion.law.speed_class.empty();
         if (!by_normal && most > 0.0) mark_speeds(*level->coarser, *of->coarser, most, columns);
         result.push_back(std::move(columns));

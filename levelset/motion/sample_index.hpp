@@ -9,21 +9,21 @@
 
 namespace sidewall::levelset {
 
-/// By node of a grid's leaves, the surface sample that it takes its speed from. The entry of a node next to the front,
-/// which has a sample of its own, is the sample's number; those of nodes farther out have kShared set besides.
+/// By node of a grid's leaves: the surface sample that gives the node its speed. A node next to the front has
+/// a sample, whose number is its entry. A node farther out shares one: its entry has kShared set besides.
 class SampleIndex {
   public:
     static constexpr std::int32_t kShared = std::numeric_limits<std::int32_t>::min();
     static constexpr std::int32_t kNone = -1;  ///< off the band, or far from any sample
 
-    /// Entries are not set yet.
+    /// Leaves the entries unset.
     explicit SampleIndex(const std::vector<const Leaf*>& leaves)
         : table_(leaves), entry_(leaves.size() * Leaf::SIZE), stride_(Leaf::SIZE) {}
-    /// One sample for all nodes.
+    /// Chooses one sample for all nodes.
     struct Uniform {};
     SampleIndex(const std::vector<const Leaf*>& leaves, Uniform) : table_(leaves), entry_(Leaf::SIZE, 0) {}
 
-    /// Number of the sample, negative if there is none.
+    /// Number of an entry's sample, negative if there is none.
     static std::int32_t sample(std::int32_t entry) { return entry == kNone ? kNone : entry & ~kShared; }
 
     /// Leaf::SIZE entries of a leaf.

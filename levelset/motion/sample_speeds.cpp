@@ -18,7 +18,7 @@ double speed_from(const MaterialStack& stack, const Motion& motion, std::size_t 
     double speed = motion.law.speed(sample, layer, normal);
     double moved = 0.0, time_left = duration;
     if (layer < below && speed < 0.0) {
-        // From below, out of the layer and into what lies on it.
+        // An etch from below: out of the layer and into the one above.
         const double rest = -static_cast<double>(motion.extension.thickness[sample * below + layer]);
         if (rest > 0.0) {
             if (-speed * time_left <= rest) return speed;
@@ -33,7 +33,7 @@ double speed_from(const MaterialStack& stack, const Motion& motion, std::size_t 
         time_left -= std::max(0.0, depth - moved) / -speed;
         moved = std::max(moved, depth);
         --layer;
-        // Layers that have no thickness here are not met.
+        // Skips layers without thickness here.
         const double touching = thinnest_film(stack.domain);
         while (layer > 0 && static_cast<double>(motion.extension.thickness[sample * below + layer - 1]) <=
                                 moved + touching)
@@ -43,8 +43,7 @@ double speed_from(const MaterialStack& stack, const Motion& motion, std::size_t 
     return moved > 0.0 ? -(moved - speed * time_left) / duration : speed;
 }
 
-// Whether an etch no faster than `most` stays in the layer that is bare at a sample all through the time
-// step.
+// Whether an etch of at most \p distance stays in the layer that is bare at a sample.
 bool stays(const MaterialStack& stack, const Motion& motion, std::size_t sample, std::size_t layer,
            double distance) {
     const std::size_t below = stack.layers.size() - 1;
@@ -56,7 +55,7 @@ bool stays(const MaterialStack& stack, const Motion& motion, std::size_t sample,
            distance <= static_cast<double>(motion.extension.thickness[sample * below + layer - 1]);
 }
 
-// Evaluates once for all samples of a speed class what a layer's V is.
+// The V of every layer, evaluated once for all samples of a speed class.
 template <class Value>
 class ByClass {
   public:
@@ -92,14 +91,14 @@ void each_sample(const MaterialStack& stack, const Motion& motion, Ask&& ask, Us
     });
 }
 
-// Bodies recede at their edges from the first moment, by V at the normal of the surface there, where it is
-// known, or as a crystal does.
+// Sets the speeds at the edges of bodies, which recede from the start: V at the surface's normal there, if
+// that is known, or crystal_edge_speed.
 void set_edges(const MaterialStack& stack, const Motion& motion, double duration, SampleSpeeds& speeds) {
     using Way = SampleSpeeds::Way;
     const bool crystal = !motion.law.dissipation.empty();
     if (motion.law.depends_on_normal && motion.law.normal.empty() && !crystal) return;
     const std::size_t plain = motion.extension.plain();
-    // Whether what covers a body is etched like it, so that the edge itself goes away.
+    // Whether the cover of a body etches at more than kLike of its rate, so that the edge itself recedes.
     const auto cover_goes = [&](std::size_t k) {
         constexpr double kLike = 0.5;
         if (motion.law.normal.empty()) return false;
@@ -153,8 +152,7 @@ SampleSpeeds sample_speeds(const MaterialStack& stack, const Motion& motion, Sch
     const std::size_t count = motion.extension.samples.size();
     speeds.way.assign(count, Way::still);
     speeds.first.resize(std::max(count, std::size_t{1}), 0.0f);
-    // One growth everywhere keeps a distance one. Differences are too small beside convex edges, whose arcs
-    // would lag.
+    // A uniform growth keeps phi a distance. Differences are too small beside convex edges: arcs would lag.
     const bool one_growth = motion.law.same_growth && motion.law.keeps_edges && count == 1;
     speeds.all_constant = !motion.law.depends_on_normal && motion.extension.body.empty() && !one_growth;
     if (!motion.law.depends_on_normal) {
@@ -178,7 +176,7 @@ SampleSpeeds sample_speeds(const MaterialStack& stack, const Motion& motion, Sch
             speeds.second[n] = static_cast<float>(v.always);
         };
         each_sample<BeamSpeed>(stack, motion, motion.law.beam_speed, set);
-        // Nodes at the edge of a body sink with it, as the floor beside them does.
+        // Nodes at the edge of a body move at its speed, as the floor beside them does.
         surface::parallel_each(motion.extension.body.size(), 1024, [&](std::size_t k) {
             const std::size_t n = motion.extension.plain() + k, body = motion.extension.body[k];
             const BeamSpeed v = motion.law.beam_speed(n, body);

@@ -25,14 +25,14 @@ namespace {
 
 using Patch = Block<1>;
 
-// Nodes this near to the front (in dx) have a sample of their own: every foot point, rounded to a node, is
-// within sqrt(3)/2 of the front.
+// Cells (dx): nodes nearer to the front have their own sample. A foot point rounded to a node is within
+// sqrt(3)/2 of the front, so that this node has one.
 constexpr double kNearCells = 0.9;
 
 // A foot point midway between two nodes is rounded towards the node that it belongs to.
 constexpr double kToOwn = 1.0 - 1e-4;
 
-// A node's offset from another one, coded in a number from kFirstCode down to kLastCode.
+// The offset between two nodes, coded as a number from kFirstCode down to kLastCode.
 constexpr int kBits = 5, kMiddle = 1 << (kBits - 1), kFirstCode = -2,
               kLastCode = kFirstCode - (1 << 3 * kBits);
 
@@ -45,8 +45,8 @@ openvdb::Coord decode(std::int32_t code) {
     return openvdb::Coord(number >> 2 * kBits, number >> kBits & mask, number & mask).offsetBy(-kMiddle);
 }
 
-// For each node of a row: the unit gradient by central differences, zero where phi is flat, the foot point
-// along it less the node, in dx, and the code of that rounded.
+// For each node of a row: the unit gradient by central differences, zero where phi is flat; the vector to the
+// foot point along it, in dx; and the code of that vector rounded to a node.
 struct Feet {
     std::array<std::array<double, kLanes>, 3> normal, foot;
     std::array<std::int32_t, kLanes> code;
@@ -55,7 +55,7 @@ struct Feet {
     Vec3 foot_of(std::size_t z) const { return {foot[0][z], foot[1][z], foot[2][z]}; }
 };
 
-// One loop for all, which compilers vectorise; of smaller ones they make single nodes.
+// One loop, which compilers vectorise; smaller ones they unroll into single nodes.
 void find_feet(const float* v, double dx, Feet& feet) {
     for (std::size_t n = 0; n < kLanes; ++n) {
         const auto at = static_cast<std::ptrdiff_t>(n);
@@ -76,7 +76,7 @@ void find_feet(const float* v, double dx, Feet& feet) {
     }
 }
 
-// The image of a node from which its foot point lies between the domain's periodic sides.
+// The periodic image of a node whose foot point lies between the domain's periodic sides.
 openvdb::Coord image_at(const Domain& domain, openvdb::Coord node, const Vec3& foot) {
     for (int axis = 0; axis < 2; ++axis) {
         const auto a = static_cast<std::size_t>(axis);
@@ -87,8 +87,8 @@ openvdb::Coord image_at(const Domain& domain, openvdb::Coord node, const Vec3& f
     return node;
 }
 
-// In a smooth region the foot point lies along the gradient; elsewhere, or where the mesh is farther off than
-// the level set says, the nearest point is searched.
+// The sample of a node. In a smooth region its foot point lies along the gradient; elsewhere, or where mesh
+// and level set disagree, the closest point is searched.
 SurfaceSample find_sample(const CellTriangles& cells, const NearestSurface& surface, const Domain& domain,
                           const openvdb::Coord& node, double phi, const Vec3& normal) {
     const double dx = domain.spacing;
@@ -125,8 +125,7 @@ openvdb::Coord own_node(const Domain& domain, const openvdb::Coord& c) {
     return {domain.source_node(0, c.x()), domain.source_node(1, c.y()), c.z()};
 }
 
-// The sample of a node next to the front, negative for others, which have none yet. Other threads may be
-// setting it.
+// The sample of a node next to the front; negative for others, whose entries other threads may be setting.
 std::int32_t own_sample(const std::int32_t* entries, openvdb::Index node) {
     if (entries == nullptr) return -1;
     return std::atomic_ref(const_cast<std::int32_t&>(entries[node])).load(std::memory_order_relaxed);
@@ -136,8 +135,8 @@ std::int32_t own_sample(const SampleIndex& index, const openvdb::Coord& node) {
     return own_sample(index.find(node), Leaf::coordToOffset(node));
 }
 
-// Offsets to the neighbours of a node, face neighbours before edge and corner ones, and those of an axis
-// beside each other: a mirrored wafer goes the mirrored way.
+// Offsets to a node's neighbours: face neighbours before edge and corner ones, opposite ones in a row, so
+// that a mirrored wafer gives a mirrored result.
 const auto kNeighbours = [] {
     std::vector<openvdb::Coord> offsets;
     for (int n = 0; n < 27; ++n)
@@ -152,8 +151,8 @@ const auto kNeighbours = [] {
     return offsets;
 }();
 
-// At a kink the gradient does not point at the foot: go from neighbour to neighbour, always to the one
-// nearest to the front, of equals to the one straight ahead, until one has a sample.
+// The sample of a node at a kink, where the gradient misses the foot point: steps from neighbour to
+// neighbour, to the nearest to the front (ties: the first in kNeighbours), until one has a sample.
 std::int32_t descend(const LeafData& phi, float background, const SampleIndex& index, const Domain& domain,
                      openvdb::Coord c) {
     const auto distance_of = [&](const openvdb::Coord& node) {
@@ -178,19 +177,19 @@ std::int32_t descend(const LeafData& phi, float background, const SampleIndex& i
     }
 }
 
-// In leaves where nothing can move all nodes share the first sample.
+// Lets all nodes of a leaf in which nothing can move share the first sample.
 void share_first(const Leaf& leaf, float near, std::int32_t* entry) {
     for (auto it = leaf.cbeginValueOn(); it; ++it)
         entry[it.pos()] = std::abs(*it) <= near ? 0 : SampleIndex::kShared;
 }
 
-// Marks the nodes of a row as off the band, or by the code of their foot point until its sample is found.
+// Marks the nodes of a row off the band, and codes the foot points of the others until samples are found.
 void set_codes(const Feet& feet, const LaneMask& active, std::int32_t* entry) {
     for (std::size_t z = 0; z < kLanes; ++z)
         entry[z] = (feet.code[z] & active[z]) | (SampleIndex::kNone & ~active[z]);
 }
 
-// The entries of a leaf and of those around it. Feet lie no farther than a leaf away.
+// The entries of a leaf and of those around it. Foot points are at most a leaf away.
 class EntriesAround {
   public:
     EntriesAround(const SampleIndex& index, const openvdb::Coord& origin) {
@@ -199,7 +198,7 @@ class EntriesAround {
             leaf_[static_cast<std::size_t>(n)] =
                 index.find(at.x() + n / 9 - 1, at.y() + n / 3 % 3 - 1, at.z() + n % 3 - 1);
     }
-    // \param c  a node less the leaf's origin.
+    // \param c  a node, relative to the leaf's origin.
     std::int32_t own_sample_at(const openvdb::Coord& c) const {
         const auto leaf =
             static_cast<std::size_t>(((c.x() >> 3) + 1) * 9 + ((c.y() >> 3) + 1) * 3 + (c.z() >> 3) + 1);
@@ -210,7 +209,7 @@ class EntriesAround {
     std::array<const std::int32_t*, 27> leaf_;
 };
 
-// Far nodes take the sample of the node beside their foot point.
+// Gives far nodes the sample of the node nearest to their foot point.
 void share_samples(const LeafData& phi, float background, const Domain& domain,
                    const std::vector<const Leaf*>& leaves, SampleIndex& index) {
     surface::parallel_each(leaves.size(), 4, [&](std::size_t n) {
@@ -235,7 +234,7 @@ void share_samples(const LeafData& phi, float background, const Domain& domain,
     });
 }
 
-// Off the band nodes are far from the front.
+// The number of a leaf's nodes near the front; nodes off the band hold the background and are far.
 std::uint32_t count_near(const Leaf& leaf, float near) {
     const float* v = leaf.buffer().data();
     std::int32_t count = 0;
@@ -243,18 +242,16 @@ std::uint32_t count_near(const Leaf& leaf, float near) {
     return static_cast<std::uint32_t>(count);
 }
 
-// The first sample stands for all nodes of leaves that stay still.
+// Sets the first sample, which stands for all nodes of leaves that do not move.
 void set_still_sample(const openvdb::Coord& origin, Extension& extension) {
     extension.samples.front() = {0, 0.0f, 0.0f, {origin.x(), origin.y(), origin.z()}};
     extension.alone.front() = 1;
 }
 
-// \param surface  nullptr: samples carry their node and the foot along the gradient alone.
+// \param surface  nullptr: samples hold only their node and the foot point along the gradient.
 // \param under    the stack whose lower layers are searched beside each sample; nullptr: none are.
-// \param left_out  as of extend.
-// \param everywhere  samples without a lower layer near get a point on the surface, too; else the top layer
-// stays
-//                    where it is.
+// \param left_out  see extend.
+// \param everywhere  false: the top layer does not move, and samples with no other near get no triangle.
 Extension build(const Grid& grid, const Domain& domain, const NearestSurface* surface,
                 const MaterialStack* under, const LevelColumns* left_out, bool everywhere = true) {
     Extension extension;

@@ -13,15 +13,15 @@ namespace sidewall::levelset {
 struct LevelColumns;
 struct MaterialStack;
 
-/// The surface point that a node next to the front belongs to.
+/// The closest surface point of a grid node next to the front.
 struct SurfaceSample {
     std::uint32_t triangle = 0;  ///< of the mesh that carries fluxes
     float u = 0.0f, v = 0.0f;    ///< barycentric weights of the triangle's second and third vertex
     Eigen::Vector3i node = Eigen::Vector3i::Zero();  ///< the grid node it was found for
-    Eigen::Vector3f foot = Eigen::Vector3f::Zero();  ///< the surface point less the node; index space
+    Eigen::Vector3f foot = Eigen::Vector3f::Zero();  ///< from the node to the surface point; index space
 };
 
-/// The surface point of a sample; world.
+/// The surface point of a sample, in world units.
 inline Vec3 surface_point(const SurfaceSample& sample, const Domain& domain) {
     const double dx = domain.spacing;
     return {domain.min[0] + dx * (sample.node.x() + static_cast<double>(sample.foot.x())),
@@ -31,25 +31,26 @@ inline Vec3 surface_point(const SurfaceSample& sample, const Domain& domain) {
 
 class SampleIndex;  // levelset/motion/sample_index.hpp
 
-/// The normal extension of the surface's values into the band: every node takes its speed from a surface sample
-/// (Adalsteinsson and Sethian, J. Comput. Phys. 148 (1999) 2).
+/// The extension of surface values into the narrow band along normals: every node takes its speed from a
+/// surface sample (Adalsteinsson and Sethian, J. Comput. Phys. 148 (1999) 2).
 struct Extension {
-    LargeVector<SurfaceSample> samples;            ///< one a node within a cell of the front, in grid order
-    std::shared_ptr<const SampleIndex> sample_of;  ///< of the grid's nodes: index into samples
+    LargeVector<SurfaceSample> samples;            ///< one per node within a cell of the front, in grid order
+    std::shared_ptr<const SampleIndex> sample_of;  ///< by grid node: index into samples
     /// By sample: no lower layer is near, so that the top one is bare. Empty: not determined.
     std::vector<std::uint8_t> alone;
 
-    /// Samples x (layers - 1): the depth of each lower layer below the sample (LayerDepths), world; see find_bodies.
+    /// Samples x (layers - 1): depths of the lower layers (LayerDepths), world units; see find_bodies.
     std::vector<float> thickness{};
-    /// By sample of nodes at the edge of a body, which follow all others: the body's layer; see find_bodies. kNoBody: the
-    /// node moves like any other.
+    /// By sample of a node at a body's edge, which follow all others: the body's layer; see find_bodies.
+    /// kNoBody: the node moves like any other.
     std::vector<std::uint8_t> body{};
     static constexpr std::uint8_t kNoBody = 255;
     std::vector<std::uint32_t> nearest{};  ///< by edge node: the sample of the surface point nearest to it
-    /// By edge node: its nearest surface point lies on the cover's edge, so that no other front gets to it sooner. Empty: all.
+    /// By edge node: its closest surface point lies on the cover's edge, so that no other front reaches it
+    /// sooner. Empty: all.
     std::vector<std::uint8_t> at_cover{};
 
-    /// Number of samples that are not of nodes at the edge of a body.
+    /// Number of ordinary samples, without those of nodes at a body's edge.
     std::size_t plain() const { return samples.size() - body.size(); }
 
     bool top_alone(std::size_t sample) const { return !alone.empty() && alone[sample] != 0; }
@@ -60,7 +61,8 @@ struct Extension {
 /// next to their own foot point.
 ///
 /// \param scene  the mesh that carries the fluxes, within half a cell of the front.
-/// \param left_out  the next finer level's columns without samples, of whole leaves; null: none.
+/// \param left_out  columns of the next finer level, over whole leaves of this one, that get no samples;
+///                  null: none.
 /// \note Parallel, deterministic.
 Extension extend(const Grid& grid, const Domain& domain, const surface::RayScene& scene,
                  const LevelColumns* left_out = nullptr);
@@ -68,11 +70,11 @@ Extension extend(const Grid& grid, const Domain& domain, const surface::RayScene
 /// Extension of a stack's surface for speeds that depend on no flux; samples need no mesh.
 ///
 /// \param mesh          the surface as extracted, if samples need their triangles; else nullptr.
-/// \param top_is_inert  the top layer stays where it is: samples on it that have no other near are given no triangle.
+/// \param top_is_inert  the top layer does not move: samples with no other layer near get no triangle.
 Extension extend_untraced(const MaterialStack& stack, const TriangleMesh* mesh, bool top_is_inert,
                           const LevelColumns* left_out = nullptr);
 
-/// One sample for all of the band: for a speed that is the same all over the surface.
+/// One sample for the whole band: for a speed that is the same everywhere on the surface.
 Extension extend_uniform(const Grid& grid);
 
 }  // namespace sidewall::levelset

@@ -13,7 +13,7 @@ struct OneSided {
     Row minus, plus;
 };
 
-// Weights' guard against 0/0, for differences of order 1 (phi is scaled by dx).
+// Guards the weights against 0/0; differences are of order 1, as phi is scaled by dx.
 inline constexpr float kWenoEpsilon = 1e-6f;
 
 /// Third-order WENO of the differences a, b, c in upwind order (Jiang and Peng, SIAM J. Sci. Comput. 21
@@ -41,14 +41,13 @@ inline constexpr float kWenoEpsilon = 1e-6f;
     return (w0 * q0 + w1 * q1 + w2 * q2) / (w0 + w1 + w2);
 }
 
-/// One-sided differences of a row's nodes and their squared upwind gradients for speeds of either sign. Of first order
-/// (R = 1) after Engquist and Osher, Math. Comput. 36 (1981) 321, who sum both upwind differences; Godunov takes the
-/// larger, by WENO3 (R = 2) or WENO5 (R = 3) of phi scaled by dx, so that the weights do not depend on units.
+/// One-sided differences of a row's nodes and squared upwind gradients for speeds of either sign. R = 1:
+/// first order, both upwind differences summed (Engquist and Osher, Math. Comput. 36 (1981) 321). R = 2, 3:
+/// WENO3, WENO5 of phi scaled by dx, so that weights do not depend on units; the larger counts (Godunov).
 ///
 /// \param v        the row's first node.
 /// \param strides  distances in memory between neighbours along the axes.
-/// All of it inline, whatever else the unit holds: Rows that others could see are written node by node, and functions
-/// of single nodes are called eight times.
+/// \note Forced inline: else compilers write rows node by node and call functions of nodes eight times.
 template <int R>
 [[gnu::always_inline]] inline void differences(const float* v, const int (&strides)[3], float dx,
                                                std::array<OneSided, 3>& d, Row& growing, Row& etching) {
@@ -81,7 +80,7 @@ template <int R>
     };
     growing.fill(0.0f);
     etching.fill(0.0f);
-    // Loops of a size that compilers vectorise: a short one they unroll to single nodes, a long one they
+    // Loop orders that compilers vectorise: short inner loops they unroll to single nodes, long ones they
     // leave.
     if constexpr (R == 1) {
         for (std::size_t n = 0; n < kLanes; ++n)

@@ -7,11 +7,11 @@
 
 namespace sidewall::levelset {
 
-/// A length beyond most wafers.
+/// A length beyond most wafers, world units.
 inline constexpr double kFar = 1e5;
 
-/// Where unbounded shapes end: beyond the wafer's sides, and small enough for the grid spacing beside it, as lengths
-/// may be in m.
+/// Where unbounded shapes end: beyond the wafer's sides, and else at most 1e6 grid spacings away, for precision, as
+/// lengths may be in m.
 inline double far_away(const Domain& domain) {
     constexpr double kCells = 1e6, kWafers = 4.0;
     const double across = domain.max[0] - domain.min[0] + domain.max[1] - domain.min[1];
@@ -22,7 +22,7 @@ inline double far_away(const Domain& domain) {
 struct Body {
     std::function<double(const Vec3&)> distance;  ///< world point to world units; safe to call in parallel
     double low = 0.0, high = 0.0;                 ///< z range of the surface
-    bool closed = false;                          ///< it ends below and may touch other bodies there
+    bool closed = false;                          ///< bounded below, where it may touch other bodies
 };
 
 }  // namespace sidewall::levelset

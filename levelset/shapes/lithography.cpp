@@ -18,8 +18,8 @@ namespace sidewall::levelset {
 namespace {
 
 constexpr double kPixelsPerCell = 5.0;
-constexpr int kSlabs = 4;              // at least, a row of pixels
-constexpr double kMarginCells = 16.0;  // of outlines beyond the domain: more than a narrow band
+constexpr int kSlabs = 4;              // least number of slabs that a row of pixels is cut into
+constexpr double kMarginCells = 16.0;  // extent of outlines beyond the domain; wider than a narrow band
 constexpr double kMostPixels = 5e7, kMostWork = 3e10;
 
 Raster make_raster(const Blur& blur, const Domain& domain) {
@@ -42,10 +42,10 @@ Raster make_raster(const Blur& blur, const Domain& domain) {
 }
 
 struct Edge {
-    std::array<double, 2> low, high;  // ends by y
+    std::array<double, 2> low, high;  // ends, ordered by y
 };
 
-// Adds the part of the interval [from, to] to the pixels of a row, in pixels along x.
+// Adds \p weight times the interval [from, to], in pixels along x, to the pixels of a row that it covers.
 void add_interval(float* row, int count, double from, double to, double weight) {
     from = std::max(from, 0.0);
     to = std::min(to, static_cast<double>(count));
@@ -57,7 +57,7 @@ void add_interval(float* row, int count, double from, double to, double weight) 
             static_cast<float>(weight * (std::min(to, i + 1.0) - std::max(from, static_cast<double>(i))));
 }
 
-// What the outlines enclose at height y, in intervals along x.
+// Adds the intervals along x that the outlines enclose at height \p y to a row of pixels.
 void add_line(const std::vector<Edge>& edges, double y, double weight, const Raster& raster, double min_x,
               float* row, std::vector<double>& at) {
     at.clear();
@@ -69,7 +69,7 @@ void add_line(const std::vector<Edge>& edges, double y, double weight, const Ras
         add_interval(row, raster.count[0], at[i], at[i + 1], weight);
 }
 
-// The share of every pixel within the outlines.
+// Sets every pixel to the share of its area within the outlines.
 void cover(Raster& raster, const std::vector<Polygon>& outlines, const Domain& domain) {
     std::vector<Edge> edges;
     for (const Polygon& outline : outlines)
@@ -99,8 +99,8 @@ void cover(Raster& raster, const std::vector<Polygon>& outlines, const Domain& d
     });
 }
 
-// The contour of a raster as it goes on beyond the domain, at centres of pixels i in [-margin, count +
-// margin).
+// The contour of a raster and its continuation beyond the domain, by marching squares between centres of
+// pixels i in [-margin, count + margin).
 class Contours {
   public:
     Contours(const Raster& raster, const Domain& domain, double threshold)
@@ -109,7 +109,7 @@ class Contours {
             const double extent = domain.max[a] - domain.min[a];
             margin_[a] =
                 static_cast<int>(std::min(0.5 * extent, kMarginCells * domain.spacing) / raster.size[a]) + 1;
-            lattice_[a] = raster.count[a] + 2 * margin_[a] + 2;  // with a rim around, outside
+            lattice_[a] = raster.count[a] + 2 * margin_[a] + 2;  // with a rim without resist
         }
     }
 
@@ -137,7 +137,7 @@ class Contours {
     }
     bool in(int i, int j) const { return value(i, j) > 0.0; }
 
-    // Edges of the lattice by their lower end: 0 along x, 1 along y.
+    // Number of the lattice edge from point (i, j) along \p axis (0 = x, 1 = y).
     std::uint64_t edge(int i, int j, int axis) const {
         return 2 * (static_cast<std::uint64_t>(j) * static_cast<std::uint64_t>(lattice_[0]) +
                     static_cast<std::uint64_t>(i)) +
@@ -158,8 +158,8 @@ class Contours {
         return p;
     }
 
-    // The pieces of the contour in a square, with the resist on their left. Counter-clockwise: corners c,
-    // and edges after each.
+    // Adds the pieces of the contour in a square, with the resist on their left. Corners c run
+    // counter-clockwise; edge e[k] follows corner c[k].
     void square(int i, int j) {
         const std::array<bool, 4> c{in(i, j), in(i + 1, j), in(i + 1, j + 1), in(i, j + 1)};
         const std::array<std::uint64_t, 4> e{edge(i, j, 0), edge(i + 1, j, 1), edge(i, j + 1, 0),
@@ -173,9 +173,9 @@ class Contours {
         for (std::size_t k = 0; k < 4; ++k) {
             const std::size_t next = (k + 1) % 4;
             if (!(c[k] && !c[next]))
-                continue;                   // on edge k the boundary leaves the resist: a piece begins there
-            std::size_t end = (k + 3) % 4;  // and goes round it clockwise to where it was entered,
-            if (joined) end = next;         // or across to the other corner
+                continue;                   // a piece begins where the square's boundary leaves the resist
+            std::size_t end = (k + 3) % 4;  // and ends, clockwise, where the boundary entered it,
+            if (joined) end = next;         // or on the next edge, as corners are joined
             while (!joined && c[end] == c[(end + 1) % 4]) end = (end + 3) % 4;
             pieces_.push_back({e[k], e[end]});
         }
@@ -188,8 +188,7 @@ class Contours {
     std::vector<surface::Link> pieces_;
 };
 
-// Whether the polygon meets the domain, and whether a pixel in it, or next to one of its corners, leaves
-// resist.
+// Whether the polygon meets the domain, and whether resist remains on a pixel in it or at one of its corners.
 std::pair<bool, bool> fate(const Polygon& polygon, const Raster& raster, const Domain& domain,
                            double threshold) {
     std::array<int, 2> low{}, high{};

@@ -20,13 +20,13 @@ double radians(const Shape& shape) {
     return shape.taper_deg * std::numbers::pi / 180.0;
 }
 
-// Offsets from the shape's centre, the nearest repetition's.
+// The point relative to the shape's centre, or to its nearest repetition, at height \p z.
 Vec3 local(const Vec3& p, const Shape& shape, double z, const Domain& domain) {
     return {wrapped(p.x() - shape.position[0], domain, 0), wrapped(p.y() - shape.position[1], domain, 1),
             p.z() - z};
 }
 
-// Distance from a box around 0, or from a cylinder as the box of its radius and its half-length.
+// Signed distance from a box, or from a cylinder, by the \p excess over its half-lengths and radius.
 double box_distance(const Vec3& excess) {
     return excess.cwiseMax(0.0).norm() + std::min(excess.maxCoeff(), 0.0);
 }
@@ -62,8 +62,8 @@ Body gap(const Shape& shape, const Domain& domain) {
             shape.centre_z - 0.5 * shape.height, shape.centre_z + 0.5 * shape.height, true};
 }
 
-// What a trench, hole or mask leaves open from its bottom up, above the wafer too: there is nothing between
-// the opening and the gas. Exact on the surface, else a bound.
+// The space that a trench, hole or mask leaves open, from its bottom up and on above the wafer, so that
+// nothing is left between opening and gas. Exact on the surface, elsewhere a bound of the distance.
 Body opening(const Shape& shape, const Domain& domain) {
     require(shape.depth > 0.0 && std::isfinite(shape.depth),
             "what is cut out from above needs a positive depth");
@@ -76,7 +76,7 @@ Body opening(const Shape& shape, const Domain& domain) {
             bottom, top};
 }
 
-// A fin or box without the wafer it stands on: half-spaces, exact on the surface and a bound off its edges.
+// A fin or box without the wafer below, of half-spaces: exact on the surface, a bound off its edges.
 Body block(const Shape& shape, const Domain& domain) {
     const bool fin = shape.kind == ShapeKind::fin;
     const double sine = std::sin(radians(shape)), cosine = std::cos(radians(shape)), foot = shape.top,
@@ -93,7 +93,7 @@ Body block(const Shape& shape, const Domain& domain) {
             foot, top, true};
 }
 
-// Half of a box's lengths along x and y at z = low and high.
+// A tapered box: half its lengths along x and y at z = low and high.
 struct Frustum {
     double low, high;
     std::array<double, 2> at_low, at_high;
@@ -105,7 +105,7 @@ double segment_distance(const Vec3& a, const Vec3& b, const Vec3& p) {
     return (p - a - t * ab).norm();
 }
 
-// Exact; \p p in the quarter of positive x and y, where the nearest point lies, too.
+// Exact signed distance. \p p has x, y >= 0, and so has the nearest point.
 double distance_from(const Frustum& f, const Vec3& p) {
     const double slope = (f.at_low[0] - f.at_high[0]) / (f.high - f.low),
                  cosine = 1.0 / std::hypot(1.0, slope), sine = slope * cosine;
@@ -114,7 +114,7 @@ double distance_from(const Frustum& f, const Vec3& p) {
         side[a] = cosine * (p[a] - f.at_low[static_cast<std::size_t>(a)]) + sine * (p.z() - f.low);
     const double cap = std::max(p.z() - f.high, f.low - p.z()), inside = std::max({side[0], side[1], cap});
     if (inside <= 0.0) return inside;
-    for (int a = 0; a < 2; ++a) {  // above the middle of a side?
+    for (int a = 0; a < 2; ++a) {  // is the nearest point within a side face?
         const auto other = static_cast<std::size_t>(1 - a);
         const double z = p.z() - side[a] * sine;
         if (side[a] > 0.0 && z >= f.low && z <= f.high && p[1 - a] <= f.at_low[other] - slope * (z - f.low))
@@ -130,7 +130,7 @@ double distance_from(const Frustum& f, const Vec3& p) {
     return d;
 }
 
-// All points within `radius` of a box that is smaller by as much. On a wafer the foot stays sharp.
+// All points within `radius` of a box smaller by that radius. The foot of a box on a wafer stays sharp.
 Body rounded_box(const Shape& shape, const Domain& domain) {
     const double angle = radians(shape), slope = std::tan(angle), r = shape.radius, foot = shape.top,
                  top = foot + shape.height;
@@ -150,8 +150,8 @@ Body rounded_box(const Shape& shape, const Domain& domain) {
             foot, top, shape.subtract};
 }
 
-// The outline in the plane of x, or the distance from the axis, and z: an open one closed far away, and where
-// it runs along the axis of revolution led around beyond it, since nothing ends there.
+// The profile as a polygon in x (or the distance from the axis) and z. An open one is closed far away. Where
+// a closed one runs along the axis of revolution, it is led around beyond it: there is no surface there.
 Polygon closed_profile(const Shape& shape, bool open, double far) {
     Polygon points = shape.profile;
     if (open) {
@@ -182,7 +182,7 @@ Body profile(const Shape& shape, const Domain& domain) {
     }
     const auto index = std::make_shared<const PolygonIndex>(
         std::vector<Polygon>{closed_profile(shape, open, far_away(domain))});
-    const double sign = open && shape.subtract ? -1.0 : 1.0;  // above the curve is what goes
+    const double sign = open && shape.subtract ? -1.0 : 1.0;  // the space above the curve is removed
     return {[=, top = shape.top, revolved = shape.revolved](const Vec3& p) {
                 const Vec3 q = local(p, shape, top, domain);
                 return sign * index->signed_distance(revolved ? std::hypot(q.x(), q.y()) : q.x(), q.z());
@@ -190,8 +190,8 @@ Body profile(const Shape& shape, const Domain& domain) {
             shape.top + low, shape.top + high, !open};
 }
 
-// The bodies that are no wafer with something in or on it: spheres, cylinders, gaps, profiles, boxes with
-// rounded edges, and all that is to be subtracted but planes and meshes. Nothing for others.
+// The body of a sphere, cylinder, gap, profile, box with rounded edges, or subtracted shape other than a
+// plane or a mesh. Nothing for others.
 std::optional<Body> make_solid(const Shape& shape, const Domain& domain) {
     switch (shape.kind) {
         case ShapeKind::sphere:
@@ -226,8 +226,8 @@ void require(bool good, const Shape& shape, const char* what) {
     if (!good) throw GeometryError("a layer's shape (top {}): {}", shape.top, what);
 }
 
-// Distance from the axis (trench, fin: |x|; hole: radius) and height: the profile of a body that is symmetric
-// about its axis.
+// Distance from the profile of a symmetric body, positive in the gas. \p s: distance from its axis (|x| of a
+// trench or fin, radius of a hole).
 double profile_distance(const std::vector<Vec2>& profile, double s, double z, bool gas) {
     double squared = kInfinity;
     const Vec2 p(s, z);

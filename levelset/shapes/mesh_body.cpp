@@ -15,14 +15,14 @@
 namespace sidewall::levelset {
 namespace {
 
-// Bodies that touch others reach so much farther, in dx: no gas is left between them.
+// Bodies that touch others are extended by this, in dx, so that no gas is left between them.
 constexpr double kContact = 1e-3;
 
-constexpr double kNearSide = 5.0;  // in dx: no grid is banded wider
-constexpr double kWhole = 1e-6;    // of a period, by which a body from side to side may be shorter
+constexpr double kNearSide = 5.0;  // in dx; wider than any narrow band
+constexpr double kWhole = 1e-6;    // of a period: tolerance of bodies that reach from side to side
 
-// Whether an opening lies off the domain's sides. One that reaches all four is the rim of a surface over the
-// domain, and one in a single side the end of a body there.
+// Whether an opening lies off the domain's sides. One that reaches all four sides is the rim of a surface
+// over the domain, and one within a single side is the end of a body there.
 bool is_off_sides(const Box3& opening, const Domain& domain) {
     int sides = 0;
     for (std::size_t axis = 0; axis < 2; ++axis) {
@@ -65,14 +65,14 @@ std::vector<MeshPart> connected_parts(const TriangleMesh& mesh) {
     return parts;
 }
 
-// Whether a part comes again a period away along an axis: a wall from side to side is cut there instead.
+// Whether a part repeats a period away along an axis; a wall from side to side is cut at the sides instead.
 bool is_repeated(const MeshPart& part, const Domain& domain, std::size_t axis) {
     const double length = domain.max[axis] - domain.min[axis];
     return !part.open && domain.side[axis] == Side::periodic &&
            part.bounds.size()[static_cast<Eigen::Index>(axis)] < length * (1.0 - kWhole);
 }
 
-// The bodies that reach over periodic sides.
+// Number of closed bodies that reach over periodic sides.
 std::size_t bodies_over_sides(const TriangleMesh& mesh, const Domain& domain) {
     std::size_t over = 0;
     for (const MeshPart& part : connected_parts(mesh)) {
@@ -121,7 +121,7 @@ void add(MeshPart& to, const MeshPart& part) {
     to.bounds.extend(part.bounds.max);
 }
 
-// What lies below all open surfaces, if there are any, and the closed bodies.
+// The body below all open surfaces, if there are any, and the closed bodies with their cavities.
 std::vector<MeshPart> bodies_of(const TriangleMesh& mesh) {
     MeshPart below{.open = true};
     std::vector<MeshPart> bodies, cavities;
@@ -146,15 +146,15 @@ std::vector<MeshPart> bodies_of(const TriangleMesh& mesh) {
     return bodies;
 }
 
-// Bodies no two of which overlap: there the nearest triangle tells inside from outside, but for closed ones
-// that overlap themselves.
+// Bodies with disjoint boxes, so that the nearest triangle tells inside from outside, except for closed
+// bodies that overlap themselves.
 struct Apart {
     std::vector<Box3> bounds;
     TriangleMesh mesh;
     bool open = false;
 };
 
-// The bodies in as few such groups as a first fit finds.
+// The bodies of a mesh, sorted into such groups by first fit.
 std::vector<Apart> groups_apart(const TriangleMesh& mesh) {
     std::vector<Apart> groups;
     for (const MeshPart& part : bodies_of(mesh)) {
@@ -170,14 +170,14 @@ std::vector<Apart> groups_apart(const TriangleMesh& mesh) {
     return groups;
 }
 
-// Signed distances from such a group.
+// Signed distance from a group of bodies.
 struct GroupDistance {
     surface::SignedDistance distance;
     std::optional<surface::WindingNumber> winding;  // of closed bodies only
     Box3 bounds;
 
-    // \p contact: the point is moved so far out before its winding number is taken, which is undefined on the
-    // surface; where it is still inside, the nearest wall is one between bodies that overlap.
+    // The winding number is undefined on the surface: the point is moved outwards by \p contact first. If it
+    // is inside even then, the nearest wall lies between bodies that overlap.
     double at(const Vec3& p, double contact) const {
         const surface::DistanceSample sample = distance.at(p);
         if (sample.distance < 0.0 || !winding || !overlap(bounds, {p, p})) return sample.distance;
@@ -216,7 +216,7 @@ Body mesh_body(const Shape& shape, const Domain& domain) {
             least = std::min(least, (*distances)[k].at(p, contact) - contact);
         return least;
     };
-    // The foot of a body that stands on the wafer reaches into it.
+    // Undersides are lowered by `contact`, so that a body on the wafer reaches into it.
     return {[distance, contact](const Vec3& p) {
                 const double here = distance(p);
                 return std::abs(here) < contact ? std::min(here, distance(p + contact * Vec3::UnitZ()))

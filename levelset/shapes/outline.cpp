@@ -57,7 +57,7 @@ std::vector<Polygon> repeated(const std::vector<Polygon>& polygons, const Domain
                 low = std::min(low, p[a]);
                 high = std::max(high, p[a]);
             }
-            // Half a box around it keeps distances true within the box.
+            // Polygons within half an extent around the box keep distances within it true.
             const double from = domain.min[a] - 0.5 * length, to = domain.max[a] + 0.5 * length;
             const bool periodic = domain.side[a] == Side::periodic;
             const double first = periodic ? std::ceil((from - high) / length) : 0.0,

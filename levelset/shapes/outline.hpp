@@ -10,15 +10,15 @@ namespace sidewall::levelset {
 /// Signed distance in the plane, negative inside; world units. Safe to call in parallel.
 using Outline = std::function<double(double x, double y)>;
 
-/// The nearest repetition of an offset from a shape's centre: the offset itself but on a periodic axis (0 = x, 1 = y).
+/// An offset from a shape's centre, on a periodic axis (0 = x, 1 = y) from the nearest of its repetitions.
 double wrapped(double offset, const Domain& domain, int axis);
 
-/// The polygons that come as near to the box as half its extent, and on periodic axes their repetitions that do.
+/// The polygons, and on periodic axes their repetitions, that lie within half an extent of the domain's box.
 /// \throws GeometryError for a polygon over 1000 times as wide as a periodic domain.
 std::vector<Polygon> repeated(const std::vector<Polygon>& polygons, const Domain& domain);
 
-/// What \p shape outlines, seen from above: the polygons of a mask, the width of a trench, the circle of a hole, the
-/// rectangle of a box; without `openings` all but these. It repeats on periodic axes.
+/// The outline of \p shape from above: the polygons of a mask, the width of a trench, the circle of a hole,
+/// the rectangle of a box; without `openings`, all but these. It repeats on periodic axes.
 /// \throws GeometryError for another shape, or a polygon over 1000 times as wide as a periodic domain.
 Outline outline(const Shape& shape, const Domain& domain);
 

@@ -72,11 +72,10 @@ void PolygonIndex::build(std::uint32_t first, std::uint32_t last) {
     build(middle, last);
 }
 
-// Visits the edges of all leaves that are no farther \p away than \p reach() says at the time, near ones
-// first.
+// Visits the edges of all leaves whose distance \p away is at most the current \p reach(), near ones first.
 template <class Away, class Reach, class Visit>
 void PolygonIndex::visit(const Away& away, const Reach& reach, const Visit& visit) const {
-    // Halving 2^32 edges takes 32 levels, each of which leaves one node behind.
+    // Halving 2^32 edges takes 32 levels, each of which leaves a node open.
     std::array<std::pair<double, std::uint32_t>, 64> open;
     std::size_t count = 0;
     if (!nodes_.empty()) open[count++] = {away(nodes_[0]), 0};
@@ -105,7 +104,7 @@ double PolygonIndex::signed_distance(double x, double y) const {
         },
         [&] { return std::sqrt(squared) * (1.0 + 1e-9) + rounding_; },
         [&](const Edge& edge) { squared = std::min(squared, squared_distance(edge[0], edge[1], x, y)); });
-    // What a ray towards greater x may meet is no way away, the rest too far.
+    // Nodes that a ray towards greater x may meet count as 0 away, all others as infinitely far.
     bool inside = false;
     visit(
         [&](const Node& node) {

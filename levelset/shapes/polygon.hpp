@@ -8,13 +8,13 @@
 
 namespace sidewall::levelset {
 
-/// Corners in the plane, in order, either way round; the last is joined to the first.
+/// Corners in the plane, in either orientation; the last is joined to the first.
 using Polygon = std::vector<std::array<double, 2>>;
 
-/// The polygon without corners that repeat the one before.
+/// The polygon without corners equal to the one before.
 Polygon distinct(Polygon polygon);
 
-/// Moves a polygon.
+/// Moves a polygon by the vector \p way.
 void move_by(Polygon& polygon, const std::array<double, 2>& way);
 
 /// Squared distance of a point from the edge from \p a to \p b.
@@ -23,12 +23,12 @@ double squared_distance(const std::array<double, 2>& a, const std::array<double,
 /// Whether a ray from a point towards greater x crosses the edge from \p a to \p b.
 bool crosses(const std::array<double, 2>& a, const std::array<double, 2>& b, double x, double y);
 
-/// Signed distance of a point in the plane from the area that lies within an odd number of \p polygons, negative in it.
-/// +infinity without polygons. O(corners).
+/// Signed distance of a point in the plane from the area that lies within an odd number of \p polygons,
+/// negative in it. +infinity without polygons. O(corners).
 double signed_distance(std::span<const Polygon> polygons, double x, double y);
 
-/// Polygons to measure the distance from at many points: the bits of signed_distance(), in the logarithm of the
-/// number of corners instead of the number.
+/// A tree over polygons for distances at many points: the same bits as signed_distance(), in time logarithmic
+/// in the number of corners instead of linear.
 class PolygonIndex {
   public:
     /// O(n log n) in the corners.
@@ -39,12 +39,12 @@ class PolygonIndex {
 
   private:
     using Edge = std::array<std::array<double, 2>, 2>;
-    // A node of a binary tree, in which edges are halved at the median of their centres. The left child
-    // follows its parent.
+    // A node of a binary tree that splits edges at the median of their centres. The left child follows its
+    // parent.
     struct Node {
         std::uint32_t first = 0, last = 0;                                              // edges
-        std::uint32_t right = 0;                                                        // child; 0 of a leaf
-        std::array<double, 2> low{kInfinity, kInfinity}, high{-kInfinity, -kInfinity};  // around the edges
+        std::uint32_t right = 0;                                                        // child; 0: a leaf
+        std::array<double, 2> low{kInfinity, kInfinity}, high{-kInfinity, -kInfinity};  // box of the edges
     };
     void build(std::uint32_t first, std::uint32_t last);
     template <class Away, class Reach, class Visit>
@@ -52,7 +52,7 @@ class PolygonIndex {
 
     std::vector<Edge> edges_;  // in the order of the leaves
     std::vector<Node> nodes_;
-    double rounding_ = 0.0;  // what distances of coordinates this large are rounded by, and more
+    double rounding_ = 0.0;  // a bound of the rounding of distances between such coordinates
 };
 
 }  // namespace sidewall::levelset

@@ -13,16 +13,16 @@ namespace {
 
 using ClipperLib::IntPoint, ClipperLib::IntRect, ClipperLib::Paths;
 
-constexpr int kLatticeBits = 50;        // less than a double's 53, in which Clipper computes crossings
-constexpr std::size_t kFewParts = 16;   // are united at once
+constexpr int kLatticeBits = 50;        // fewer than a double's 53: Clipper computes crossings in doubles
+constexpr std::size_t kFewParts = 16;   // up to so many are united in one call
 constexpr std::size_t kChunk = 64;      // points of a path that are outlined together
-constexpr double kArcTolerance = 1e-3;  // of a round end's radius
-constexpr double kTouching = 1e-9;      // of a polygon's size
-constexpr double kPathOverlap = 1e-6;   // of half a path's width, of its pieces
-constexpr double kReversal = 1e-12;     // of 1 + cosine of a bend
+constexpr double kArcTolerance = 1e-3;  // chord error over a round end's radius
+constexpr double kTouching = 1e-9;      // relative to a polygon's size
+constexpr double kPathOverlap = 1e-6;   // overlap of a path's pieces over half its width
+constexpr double kReversal = 1e-12;     // least 1 + cosine of a bend that does not reverse a path
 constexpr std::size_t kMostPairs = 500'000'000, kMostCrossings = 1'000'000;  // of edges: some seconds of work
 
-// The integers that Clipper works on.
+// The lattice of integers on which Clipper works.
 class Lattice {
   public:
     explicit Lattice(double farthest) {
@@ -89,7 +89,7 @@ Part make_part(Paths paths) {
     return {std::move(paths), box};
 }
 
-// Counts edges that share heights, and those that cross, which is what Clipper's work grows with.
+// Counts pairs of edges that share heights, and pairs that cross: Clipper's work grows with both numbers.
 class Effort {
   public:
     void spend(std::span<const Part> parts) {
@@ -132,7 +132,7 @@ class Effort {
 std::vector<Part> clip(std::span<const Part> parts, ClipperLib::PolyFillType fill, Effort& effort) {
     effort.spend(parts);
     ClipperLib::Clipper clipper;
-    bool any = false;  // that is more than a line
+    bool any = false;  // whether any path is more than a line
     for (const Part& part : parts) any |= clipper.AddPaths(part.paths, ClipperLib::ptSubject, true);
     if (!any) return {};
     ClipperLib::PolyTree tree;
@@ -147,11 +147,11 @@ std::vector<Part> clip(std::span<const Part> parts, ClipperLib::PolyFillType fil
     return result;
 }
 
-// Halves are united by themselves; then only what lies along the cut is, for Clipper's time grows with what
-// it has before it.
+// Unites each half of the parts by itself, then only parts near the other half: Clipper's time grows with the
+// number of edges that it is given.
 std::vector<Part> unite(std::span<Part> parts, Effort& effort) {
     if (parts.size() <= kFewParts) return clip(parts, ClipperLib::pftNonZero, effort);
-    const auto centre = [](const Part& part) {  // twice as far
+    const auto centre = [](const Part& part) {  // times two
         return IntPoint(part.box.left + part.box.right, part.box.bottom + part.box.top);
     };
     IntPoint low = centre(parts[0]), high = low;
@@ -196,7 +196,7 @@ std::vector<Polygon> outlines_of(const std::vector<Part>& parts, const Lattice& 
     return outlines;
 }
 
-// Cuts off the first part of a path.
+// Shortens a path by a length at its first point.
 void draw_back(Polygon& points, double by) {
     while (by > 0.0 && points.size() > 1) {
         auto& [x, y] = points[0];
@@ -214,7 +214,7 @@ void draw_back(Polygon& points, double by) {
 
 using Eigen::Vector2d;
 
-// Corners of a polygon around a circle, from the end of \p radius on, clockwise by \p turn.
+// Adds corners on a circle, from the end of \p radius on, clockwise by the angle \p turn.
 void add_arc(const Vector2d& centre, const Vector2d& radius, double turn, Polygon& outline) {
     const double most = 2.0 * std::acos(1.0 - kArcTolerance);
     const int pieces = static_cast<int>(std::ceil(turn / most));
@@ -224,8 +224,8 @@ void add_arc(const Vector2d& centre, const Vector2d& radius, double turn, Polygo
     }
 }
 
-// The corners to the left of a path, as KLayout draws it: where the sides of two pieces meet, but outside of
-// a bend no more than half a width ahead of it, and inside of one by three points if a piece is too short.
+// Adds the corners to the left of a path, as KLayout draws it: where the sides of two segments meet, but on
+// the outside of a bend at most half a width ahead of it. On the inside, three points if a segment is short.
 void add_left_side(const Polygon& line, const PathStyle& style, Polygon& outline) {
     const double half_width = style.half_width;
     const auto add = [&](const Vector2d& p) { outline.push_back({p.x(), p.y()}); };
@@ -246,7 +246,7 @@ void add_left_side(const Polygon& line, const PathStyle& style, Polygon& outline
         const Vector2d next = (point(k + 2) - at).normalized(), next_side = to_left(next);
         const double cosine = way.dot(next), sine = way.x() * next.y() - way.y() * next.x();
         const double shorter = std::min((at - point(k)).norm(), (point(k + 2) - at).norm());
-        // From the end of the piece on to where the sides meet.
+        // Distance from the segment's end to where the sides meet.
         const double ahead = 1.0 + cosine > kReversal ? -half_width * sine / (1.0 + cosine) : kInfinity;
         if (ahead < -half_width - shorter) {
             add(at + side);
@@ -261,8 +261,8 @@ void add_left_side(const Polygon& line, const PathStyle& style, Polygon& outline
     }
 }
 
-// Cuts a path into pieces of up to kChunk points, in the middle of long segments: what Clipper takes grows
-// with the square of the number of edges that share heights.
+// Cuts a path into pieces of up to kChunk points, in the middle of long segments: Clipper's time grows with
+// the square of the number of edges that share heights.
 std::vector<Polygon> pieces_of(const Polygon& line, double half_width) {
     std::vector<Polygon> pieces(1);
     for (std::size_t last = 0; last < line.size(); ++last) {
@@ -328,7 +328,7 @@ std::optional<std::array<double, 2>> self_crossing(const Polygon& polygon) {
 double signed_area(const Polygon& polygon) {
     double twice = 0.0;
     for (std::size_t k = 0, j = polygon.size() - 1; k < polygon.size(); j = k++) {
-        const auto &o = polygon[0], &a = polygon[j], &b = polygon[k];  // o is near, for small ones far from 0
+        const auto &o = polygon[0], &a = polygon[j], &b = polygon[k];  // about o: precise far from 0, too
         twice += (a[0] - o[0]) * (b[1] - o[1]) - (b[0] - o[0]) * (a[1] - o[1]);
     }
     return 0.5 * twice;
@@ -375,7 +375,7 @@ std::vector<Polygon> path_polygons(const Polygon& points, const PathStyle& style
         const Lattice lattice({&outline, 1});
         const Part whole = make_part({lattice.path(outline)});
         Effort effort;
-        // Holes are joined to their outline by a slit, which does not count in an even-odd polygon.
+        // A slit joins each hole to its outline; by the even-odd rule it has no area.
         for (const Part& part : clip({&whole, 1}, ClipperLib::pftNonZero, effort)) {
             Polygon& polygon = polygons.emplace_back();
             for (const ClipperLib::Path& path : part.paths) {

@@ -10,17 +10,16 @@
 namespace sidewall::levelset {
 namespace {
 
-constexpr double kBlurReach = 5.5;     // sigmas; 4e-8 lies beyond
-constexpr double kLeastCoarser = 2.0;  // pixels in one, along an axis: fewer are not worth it
+constexpr double kBlurReach = 5.5;     // in sigmas; a share of 4e-8 lies beyond
+constexpr double kLeastCoarser = 2.0;  // ratio of pixel sizes; smaller ones are not worth it
 
-// How many of a raster's pixels along an axis make one that a Gaussian needs; 1 if the raster's own are as
-// large.
+// The pixel size that a Gaussian needs over that of a raster; 1 if the raster's is about as large.
 double times_coarser(double sigma, double pixel) {
     const double times = sigma / (kPixelsPerSigma * pixel);
     return times < kLeastCoarser ? 1.0 : times;
 }
 
-// What a Gaussian at a pixel's centre has over the pixels beside it, up to those 5.5 sigma away.
+// Integrals over pixels in a row, up to 5.5 sigma away, of a Gaussian at a pixel's centre; their sum is 1.
 std::vector<float> weights_of(double sigma, double pixel) {
     const int reach = static_cast<int>(std::ceil(kBlurReach * sigma / pixel));
     std::vector<double> exact;
@@ -35,7 +34,7 @@ std::vector<float> weights_of(double sigma, double pixel) {
     return weights;
 }
 
-// Along x, then along y, whole rows at a time; adds \p weight times the result to \p sum.
+// Convolves along x, then along y, whole rows at a time; adds \p weight times the result to \p sum.
 void add_on_pixels(const Raster& covered, double sigma, double weight, const Domain& domain, Raster& sum) {
     Raster along_x = covered;
     const int nx = covered.count[0], ny = covered.count[1];
@@ -61,8 +60,8 @@ void add_on_pixels(const Raster& covered, double sigma, double weight, const Dom
     });
 }
 
-// The means of a raster over pixels \p times as large along either axis, or a little less: whole numbers of
-// them divide the domain.
+// The means of a raster over pixels \p times as large along either axis, or a little smaller, so that whole
+// numbers of them divide the domain.
 Raster coarser(const Raster& fine, double times) {
     Raster coarse;
     std::array<double, 2> ratio{};
@@ -72,7 +71,7 @@ Raster coarser(const Raster& fine, double times) {
         coarse.size[a] = ratio[a] * fine.size[a];
     }
     coarse.clear();
-    // How much of the pixel k lies in the larger one n, as a part of that.
+    // The share of coarse pixel n that fine pixel k covers along axis a.
     const auto share = [&](std::size_t a, int n, int k) {
         return std::max(0.0, std::min(k + 1.0, (n + 1) * ratio[a]) - std::max<double>(k, n * ratio[a])) /
                ratio[a];
@@ -96,11 +95,11 @@ Raster coarser(const Raster& fine, double times) {
     return coarse;
 }
 
-// Adds \p weight times a coarser raster, linear between the centres of its pixels.
+// Adds \p weight times a coarser raster, interpolated linearly between the centres of its pixels.
 void add_between(const Raster& coarse, double weight, const Domain& domain, Raster& sum) {
     struct Place {
         int low, high;
-        float t;  // of the way from one to the other
+        float t;  // weight of high
     };
     const auto place = [&](std::size_t a, int k) {
         const double at = (k + 0.5) * coarse.count[a] / sum.count[a] - 0.5, low = std::floor(at);
@@ -138,7 +137,7 @@ double blur_work(double sigma, double pixel) {
     return 4.0 * kBlurReach * sigma / (pixel * times * times * times) + (times > 1.0 ? 2.0 : 0.0);
 }
 
-// A wide Gaussian is as exact on pixels of a fifth of its own sigma, so that all cost the same.
+// On pixels of a fifth of its sigma a wide Gaussian is as exact as a narrow one, and costs the same.
 void add_blurred(const Raster& covered, double sigma, double weight, const Domain& domain, Raster& sum) {
     const double times = times_coarser(sigma, std::max(covered.size[0], covered.size[1]));
     if (times == 1.0) return add_on_pixels(covered, sigma, weight, domain, sum);

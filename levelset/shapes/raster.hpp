@@ -8,7 +8,7 @@
 // Functions of x and y on pixels, and their convolution with Gaussians.
 namespace sidewall::levelset {
 
-/// Pixels that divide the domain; values in rows along x.
+/// A function on pixels that divide the domain; values in rows along x.
 struct Raster {
     std::array<int, 2> count{};
     std::array<double, 2> size{};
@@ -24,19 +24,19 @@ struct Raster {
     float at(int i, int j) const { return values[index(i, j)]; }
 };
 
-/// The pixel within the domain that shows what a pixel beyond it does, mirrored or wrapped.
+/// The pixel within the domain whose value a pixel beyond it repeats, mirrored or wrapped.
 int source_pixel(const Raster& raster, const Domain& domain, std::size_t axis, int index);
 
-/// Pixels that a Gaussian's standard deviation is divided into, at least.
+/// Pixels per standard deviation of a Gaussian, at least; fewer only if the raster itself is coarser.
 inline constexpr double kPixelsPerSigma = 5.0;
 
-/// Multiplications of add_blurred for each pixel of a raster, roughly.
+/// Rough number of multiplications of add_blurred per pixel of a raster.
 double blur_work(double sigma, double pixel);
 
-/// Adds \p weight times what a Gaussian makes of \p covered to \p sum, a raster of the same pixels. The Gaussian's weights
-/// are exact for what is constant on pixels, up to 5.5 sigma away. A wide one takes the means over pixels of a fifth of
-/// its sigma and is interpolated linearly between them, which errs by 0.0012 beside a straight edge and keeps its cost that
-/// of a narrow one.
+/// Adds \p weight times the convolution of \p covered with a Gaussian to \p sum, a raster of the same pixels.
+/// The weights are exact for functions constant on pixels, up to 5.5 sigma away. A wide Gaussian acts on
+/// means over pixels of a fifth of its sigma, and its result is interpolated linearly: this errs by 0.0012
+/// beside a straight edge and costs no more than a narrow one.
 /// \note Parallel; the same bits on any number of threads.
 void add_blurred(const Raster& covered, double sigma, double weight, const Domain& domain, Raster& sum);
 

@@ -24,8 +24,8 @@ struct Shape {
     double taper_deg =
         0.0;  ///< walls from the vertical; positive narrows trench, hole (downwards), fin, box (upwards)
     std::vector<Polygon> polygons;  ///< mask: in x and y
-    bool contours = false;          ///< mask: they are resist_contours(), which go on beyond the domain
-    bool openings = true;  ///< mask, outline(): they are open, down to the layer below; else all but they
+    bool contours = false;          ///< mask: polygons are resist_contours(), continued beyond the domain
+    bool openings = true;  ///< mask, outline(): polygons are open down to the layer below; else all but them
     std::string file;      ///< mesh: closed or open surface file, same length unit
 
     bool subtract = false;  ///< cut out of all layers below instead of added (see make_body)
@@ -33,8 +33,8 @@ struct Shape {
     double centre_z = 0.0;                                    ///< sphere, cylinder, gap
     double length = std::numeric_limits<double>::infinity();  ///< cylinder: along its axis; gap: along x
     int axis = 2;                                             ///< cylinder: 0, 1, 2 for x, y, z
-    Polygon profile;  ///< profile: x and z; closed if the last point is the first, else material lies below
-    bool revolved = true;  ///< profile: about the vertical axis through position; else drawn out along y
+    Polygon profile;  ///< profile: x and z; closed if its last point is its first, else material lies below
+    bool revolved = true;  ///< profile: about the vertical axis at position; else extruded along y
 };
 
 }  // namespace sidewall::levelset

@@ -12,9 +12,9 @@ namespace {
 
 using openvdb::Coord;
 
-constexpr double kSameDistance = 1e-6;  // cells: what rounding makes of equal distances
-constexpr double kAlike = 0.95;         // cosine from which on two planes are one
-constexpr double kOnPlane = 0.3;        // cells: a crossing farther from a plane is not of it
+constexpr double kSameDistance = 1e-6;  // cells: rounding difference of equal distances
+constexpr double kAlike = 0.95;         // two planes with a larger cosine are one
+constexpr double kOnPlane = 0.3;        // cells: a crossing farther from a plane is not on it
 
 // Gives crossings whose planes are unsound that of the nearest sound one on a cell that they share.
 void replace_unsound(const std::vector<BentCell>& cells, Crossings& crossings) {
@@ -22,8 +22,7 @@ void replace_unsound(const std::vector<BentCell>& cells, Crossings& crossings) {
         double distance = 1.0;
         std::uint32_t crossing = kNone;
         double lift = 0.0;
-        bool torn =
-            false;  // between planes apart that are as near, of which a mirrored wafer would take the other
+        bool torn = false;  // unlike planes are equally near: none is taken, to keep mirror symmetry
     };
     std::vector<Nearest> nearest(crossings.plane.size());
     for (const BentCell& cell : cells)
@@ -117,7 +116,7 @@ Crossings find_crossings(const CutLeaves& leaves, const LateralGrid& box, std::v
                     own[a] = 0;
             const std::uint32_t vertex = leaves.vertex_on(low, edge / 4);
             std::uint32_t first = own == low ? vertex : leaves.vertex_on(own, edge / 4);
-            if (first == kNoVertex) first = vertex, own = low;  // of another level
+            if (first == kNoVertex) first = vertex, own = low;  // the low side is of another level
             std::uint32_t& n = number[first];
             if (n == kNone) {
                 n = static_cast<std::uint32_t>(crossings.edge.size());

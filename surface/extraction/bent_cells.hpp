@@ -10,7 +10,7 @@ namespace sidewall::surface {
 
 inline constexpr std::uint32_t kNone = 0xffffffffu;
 
-/// Defects of planes: that may stand for another, and that are to be replaced.
+/// Defects of planes: up to kSound one may replace another; above kUnsound it is to be replaced.
 inline constexpr double kSound = 0.15, kUnsound = 0.3;
 
 /// A crossed edge of a cell.
@@ -20,7 +20,7 @@ struct Corner {
     int edge;                ///< of the cell
 };
 
-/// A cell beside which the values bend, as at an edge of the surface.
+/// A cell with a bent node (bent_nodes) at a corner, as at an edge of the surface.
 struct BentCell {
     openvdb::Coord cell;
     std::uint8_t pattern;
@@ -39,11 +39,11 @@ struct Crossings {
 /// Where a corner of a loop lies, in cells from the low corner of its cell.
 Vec3 local_point(const Corner& corner, const CrossingPlane& plane);
 
-/// The cells of one polygon of which a corner is a bent node, in the order of their triangles.
+/// The cells with one polygon and a bent node at a corner, in the order of their triangles.
 std::vector<BentCell> bent_cells(const CutLeaves& leaves, const LateralGrid& box);
 
-/// Numbers the crossings of the cells, which get their loops, and finds their planes. Those that are unsound get that of the
-/// nearest sound one in a cell that they share.
+/// Numbers the crossings of the cells, sets the loops of the cells and finds the planes. An unsound plane is
+/// replaced by the nearest sound one in a cell that both share.
 Crossings find_crossings(const CutLeaves& leaves, const LateralGrid& box, std::vector<BentCell>& cells);
 
 }  // namespace sidewall::surface

@@ -17,8 +17,7 @@ using Row = Eigen::Array<float, 8, 1>;  // of nodes along z
 using RowMap = Eigen::Map<const Row>;
 using RowMutable = Eigen::Map<Row>;
 
-// The rows of a leaf and those across its faces, of own nodes and of those that repeat the low side of a
-// periodic axis.
+// Rows of a leaf and of those across its faces, at own nodes and at images beyond a periodic side.
 class LeafRows {
   public:
     LeafRows(const CutLeaves& leaves, const LateralGrid& box, std::size_t n)
@@ -38,7 +37,8 @@ class LeafRows {
         return repeats(x, y) ? source(x, y, 0, Row::Constant(2.0f * kFar * static_cast<float>(box_.spacing)))
                              : own(x, y);
     }
-    /// The row one farther along x (0) or y (1), down (0) or up (1); this one again where that is not known.
+    /// The neighbouring row along x (0) or y (1), down (0) or up (1), mirrored at reflective sides; where it
+    /// is unknown, this row.
     Row next(int x, int y, int axis, int way) const {
         int c[2] = {x, y};
         c[axis] += way == 0 ? -1 : 1;
@@ -62,14 +62,14 @@ class LeafRows {
   private:
     static const float* values(const FloatLeaf* leaf) { return leaf ? leaf->buffer().data() : nullptr; }
     Row own(int x, int y) const { return RowMap(own_ + (x << 6 | y << 3)); }
-    // Whether a row repeats another one along a periodic axis.
+    // Whether a row lies beyond a periodic side and repeats another one.
     bool repeats(int x, int y) const {
         const auto beyond = [&](std::size_t a, int node) {
             return box_.periodic[a] && (node < 0 || node >= box_.cells[a]);
         };
         return beyond(0, origin_.x() + x) || beyond(1, origin_.y() + y);
     }
-    // The row that one repeats, in the leaf \p up leaves higher; \p unknown where there is none.
+    // The row that one repeats, \p up leaves higher; \p unknown where there is no leaf.
     Row source(int x, int y, int up, const Row& unknown) const {
         const openvdb::Coord node = reader_.source(origin_ + openvdb::Coord(x, y, 8 * up));
         const float* leaf = values(leaves_.leaf_at(node & ~7));

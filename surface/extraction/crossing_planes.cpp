@@ -8,14 +8,14 @@
 namespace sidewall::surface {
 namespace {
 
-// Slopes of distances along an edge that differ by less than kSmooth are of one plane, by more than kKink of
-// two.
+// Slopes along a grid edge that differ by less than kSmooth belong to one plane, by more than kKink to two.
 constexpr double kSmooth = 0.2, kKink = 0.4;
 constexpr double kSamePlace = 0.05;  // cells
-constexpr double kPlane = 0.1;       // defects of what passes for a plane
-// Planes apart by their cosine that are alike in cost: the crossing lies on the edge between them.
+constexpr double kPlane = 0.1;       // largest defect of a plane
+// If the two best planes differ in cost by less than kAsGood and their gradients have a dot product below
+// kApart, the crossing lies on the edge between them.
 constexpr double kAsGood = 1e-3, kApart = 0.8;
-constexpr double kTie = 1e-5;  // what rounding makes of equal numbers
+constexpr double kTie = 1e-5;  // rounding difference of equal numbers
 
 using openvdb::Coord;
 
@@ -24,13 +24,12 @@ Coord step(Coord node, int axis, int by) {
     return node;
 }
 
-// A slope, and how far its stencil is from a line.
+// A slope, and the second difference of its stencil.
 struct Slope {
     double value, bend;
 };
 
-// The slopes at a node along an axis, by its low side, its high side and both; NaN where values are not
-// known.
+// The slopes at a node along an axis from its low side, its high side and both; NaN where values are unknown.
 std::array<Slope, 3> slopes(NodeReader& value, const Coord& node, int axis) {
     const double v = value(node);
     const double low = value(step(node, axis, -1)), high = value(step(node, axis, 1));
@@ -45,7 +44,7 @@ std::array<Slope, 3> slopes(NodeReader& value, const Coord& node, int axis) {
 struct Candidate {
     Vec3 gradient = Vec3::Zero();
     double cost = std::numeric_limits<double>::infinity(), defect = cost;
-    bool on_edge = false;  // another plane is as good
+    bool on_edge = false;  // another plane fits as well
 };
 
 Candidate mix(const Candidate& a, const Candidate& b, double share) {
@@ -54,13 +53,13 @@ Candidate mix(const Candidate& a, const Candidate& b, double share) {
             rest * a.defect + share * b.defect, share < 0.5 ? a.on_edge : b.on_edge};
 }
 
-// Of two that are alike neither is taken, which a mirrored wafer would take the other of.
+// Mean of two planes, for ties: mirrored wafers stay mirrored.
 Candidate mean_of(const Candidate& a, const Candidate& b) {
     return {0.5 * (a.gradient + b.gradient), 0.5 * (a.cost + b.cost), 0.5 * (a.defect + b.defect),
             a.on_edge || b.on_edge};
 }
 
-// The planes by the slopes across an edge at one of its ends; these are found when first asked for.
+// Candidate planes at one end of a grid edge, by the slopes across the edge, which are found on first use.
 class PlanesAt {
   public:
     PlanesAt(NodeReader& value, const Coord& node, int axis) : value_(value), node_(node), axis_(axis) {}
@@ -99,7 +98,7 @@ class PlanesAt {
     std::array<std::array<Slope, 3>, 2> across_{};
 };
 
-// The second difference at a node along an axis, 0 where values are not known.
+// The absolute second difference at a node along an axis; 0 where values are unknown.
 double bend(NodeReader& value, const Coord& node, int axis) {
     const double b = std::abs(value(step(node, axis, -1)) + value(step(node, axis, 1)) - 2.0 * value(node));
     return std::isnan(b) ? 0.0 : b;
@@ -140,7 +139,7 @@ bool NodeReader::on_seam(const Coord& node) const {
 }
 
 bool NodeReader::inside(const Coord& node) {
-    // Two levels share nodes on their seam, where both must see the same.
+    // Two levels share the nodes on their seam and must decide the same there: by the sign alone.
     const double own = (*this)(node);
     return own < (on_seam(node) ? 0.0 : -on_node());
 }
@@ -153,9 +152,9 @@ CrossingPlane crossing_plane(NodeReader& value, const Coord& low, int axis) {
     const double chord = surface::chord(a, b, value.on_node());  // the zero between the ends by a line
     const bool upwards = value.inside(low);
     const double kink = behind - before;
-    // How far the slopes are those of two planes, and how far the planes meet on the edge: where they meet
-    // beyond its ends, the slopes there differ by as much. From 0 to 1 by degrees, so that noise does not
-    // make the crossing jump.
+    // Shares from 0 to 1, gradual so that noise does not make the crossing jump: of_two says how clearly the
+    // slopes are those of two planes, meet how clearly these meet on the edge. If they meet beyond its ends,
+    // the bend there is as large as the kink.
     const auto share_above = [&](double least) {
         return std::clamp((std::abs(kink) - least) / (kKink - kSmooth), 0.0, 1.0);
     };
@@ -167,13 +166,14 @@ CrossingPlane crossing_plane(NodeReader& value, const Coord& low, int axis) {
                             : of_two;
     const auto zero = [&](double from, double at, double slope) {
         if (!(slope * between > 0.0)) return -1.0;
-        // A line along the edge, which rounding tilts, has its zero far beyond it.
+        // A surface along the edge, tilted by rounding, has its zero far beyond it.
         const double beyond = std::abs(at - from / slope - 0.5);
         return beyond < 1.5 ? std::clamp(at - from / slope, 0.0, 1.0) : -1.0;
     };
     const double by_low = zero(a, 0.0, before), by_high = zero(b, 1.0, behind);
     PlanesAt at_low(value, low, axis), at_high(value, high, axis);
-    // By the slope between the ends, at the node nearer the crossing unless the other is better by far.
+    // The plane by the slope between the ends, at the node nearer to the crossing unless the other one fits
+    // far better.
     const auto linear = [&] {
         const double bent = std::isnan(kink) ? 0.0 : 0.5 * std::abs(kink) * (1.0 - of_two);
         if (std::abs(chord - 0.5) < kTie) {
@@ -189,21 +189,20 @@ CrossingPlane crossing_plane(NodeReader& value, const Coord& low, int axis) {
     CrossingPlane plane;
     Candidate best;
     if (meet > 0.0 && (by_low >= 0.0 || by_high >= 0.0)) {
-        // A convex bend is the larger of both pieces, whose zero is the one nearer the inside.
+        // At a convex kink phi is the greater of both lines, whose zero is the one nearer to the inside.
         const bool take_smaller = upwards == (kink > 0.0);
         bool use_low =
             by_high < 0.0 || (by_low >= 0.0 && (take_smaller ? by_low < by_high : by_low > by_high));
         const Candidate l = at_low.best({before, 0.0}), h = at_high.best({behind, 0.0});
-        // Where both cross in one place, as at a node on the surface, either may be the plane.
+        // If both zeros coincide, as at a node on the surface, the plane of lower cost counts.
         if (by_low >= 0.0 && by_high >= 0.0 && std::abs(by_low - by_high) < kSamePlace)
             use_low = l.cost < h.cost;
-        // The chord lies beyond the zero of a bend between the ends, so that past the chord curvature makes
-        // it.
+        // A kink between the ends moves the zero from the chord outwards (convex) or inwards (hollow). A zero
+        // on the other side comes from curvature: the chord counts.
         plane.at = take_smaller ? std::max(use_low ? by_low : by_high, chord)
                                 : std::min(use_low ? by_low : by_high, chord);
         best = use_low ? l : h;
-        // Between two kinks the slope on the edge itself is that of one plane, unless the surface runs on
-        // along the edge.
+        // Between two kinks the slope is that of one plane, unless the surface continues along the edge.
         const auto runs_on = [](double at, double slope) {
             return std::abs(at) < kPlane && std::abs(slope) < kPlane;
         };

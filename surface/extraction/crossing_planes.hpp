@@ -4,10 +4,10 @@
 
 #include "surface/extraction/cut_leaves.hpp"
 
-// Planes of the surface where it crosses edges of the grid.
+// Tangent planes of the surface where it crosses grid edges.
 namespace sidewall::surface {
 
-/// Reads the values of nodes, those beyond the sides too. One to a thread.
+/// Reads the values of grid nodes, ghosts beyond the sides included. One per thread.
 class NodeReader {
   public:
     NodeReader(const CutLeaves& leaves, const LateralGrid& box) : leaves_(leaves), box_(box) {}
@@ -15,10 +15,10 @@ class NodeReader {
     double operator()(openvdb::Coord node);
     /// LateralGrid::on_node in grid spacings.
     double on_node() const { return box_.on_node / box_.spacing; }
-    /// Whether a node lies inside the material. One on the surface (LateralGrid::on_node) does not, on whichever side of a body it
-    /// lies, so that neither rounding of its value decides nor a direction of the grid.
+    /// Whether a node lies inside the material. A node on the surface (LateralGrid::on_node) counts as
+    /// outside, on every side of a body: neither rounding nor a direction of the grid decides.
     bool inside(const openvdb::Coord& node);
-    /// The own node that a node repeats.
+    /// The own node whose value a ghost repeats; an own node itself.
     openvdb::Coord source(openvdb::Coord node) const;
 
   private:
@@ -30,25 +30,25 @@ class NodeReader {
     const FloatLeaf* leaf_ = nullptr;
 };
 
-/// Where a line crosses 0 between the ends of an edge with values \p a and \p b, from 0 to 1: in the middle if both lie on the
-/// surface, as all of the edge does then.
+/// The zero of a line between the ends of an edge with values \p a and \p b, from 0 to 1. It is 0.5 if both
+/// ends, and so the whole edge, lie on the surface.
 inline double chord(double a, double b, double on_node) {
     return std::abs(a) < on_node && std::abs(b) < on_node ? 0.5 : a / (a - b);
 }
 
-/// A plane of the surface at an edge of the grid.
+/// Tangent plane of the surface at a grid edge that it crosses.
 struct CrossingPlane {
     double at = 0.0;             ///< where the edge is crossed, 0 at its low node, 1 at the high one
     Vec3 normal = Vec3::Zero();  ///< unit length, out of the material; zero if on_edge, or unknown
-    double defect = 0.0;         ///< how far the values around are from those of a plane: 0 for one
-    bool on_edge = false;        ///< two planes of the surface cross there
+    double defect = 0.0;         ///< deviation of the values around from those of a plane; 0: none
+    bool on_edge = false;        ///< the crossing lies on an edge between two planes
 };
 
-/// The plane by differences of one side: a distance has a kink at the planes that halve the angle of an edge, and differences
-/// across it mix two planes. Where the slopes before and behind the crossed edge differ, each is continued into it, and the
-/// first zero from inside is that of a convex edge, the last that of a hollow one (subcell resolution: Harten, J. Comput.
-/// Phys. 83, 148, 1989). Slopes along the other axes are of the stencil that bends least (ENO: Harten, Engquist, Osher and
-/// Chakravarthy, J. Comput. Phys. 71, 231, 1987).
+/// Finds the plane by one-sided differences: a distance has a kink on the plane that bisects a surface edge,
+/// and differences across it mix two planes. Where the slopes before and behind the crossed grid edge differ,
+/// both are extrapolated into it; the first zero from inside is that of a convex edge, the last that of a
+/// hollow one (subcell resolution: Harten, J. Comput. Phys. 83, 148, 1989). Slopes along the other axes use
+/// the smoothest stencil (ENO: Harten, Engquist, Osher and Chakravarthy, J. Comput. Phys. 71, 231, 1987).
 /// \param low, axis  the edge; the values at its ends differ in sign.
 CrossingPlane crossing_plane(NodeReader& value, const openvdb::Coord& low, int axis);
 

@@ -11,7 +11,7 @@
 namespace sidewall::surface {
 namespace {
 
-// Whether the edges along an axis at a row of nodes have vertices: those of the cells beside them.
+// Whether the edges along an axis at a row of nodes get vertices, by the columns of the cells beside them.
 bool has_vertices(const openvdb::Coord& origin, int x, int y, int axis, const LateralGrid& box) {
     bool any = false;
     for (int i = origin.x() + x - (axis == 0 ? 0 : 1); i <= origin.x() + x; ++i)
@@ -23,7 +23,7 @@ bool has_vertices(const openvdb::Coord& origin, int x, int y, int axis, const La
     return any;
 }
 
-// The leaves with nodes of cells of which something is made.
+// The leaves with nodes of cells that get vertices or triangles.
 std::vector<const FloatLeaf*> leaves_of_columns(const std::vector<const FloatLeaf*>& leaves,
                                                 const LateralGrid& box) {
     std::vector<const FloatLeaf*> kept;
@@ -146,7 +146,7 @@ CutLeaves::CutLeaves(const std::vector<const FloatLeaf*>& leaves, const LateralG
     }
 }
 
-// The sides of the nodes of a leaf that lie on the surface.
+// Decides for a leaf's nodes on the surface whether they are inside.
 void CutLeaves::set_sides_on_surface(std::size_t n) {
     const FloatLeaf& own = leaf(n);
     LeafSigns& signs = signs_[n];

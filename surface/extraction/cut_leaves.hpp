@@ -11,8 +11,7 @@
 #include "surface/extraction/leaf_table.hpp"
 #include "surface/extraction/marching_cubes.hpp"
 
-// The edges of the grid that the surface crosses and the cells that it passes through, leaf by leaf: what the
-// sources of this folder read. Not for other folders.
+// Grid edges that the surface crosses and cells that it passes through, by leaf. Internal to this folder.
 namespace sidewall::surface {
 
 inline constexpr std::uint32_t kNoVertex = 0xffffffffu;
@@ -32,17 +31,17 @@ struct LeafEdges {
     std::uint32_t count();
 };
 
-/// The nodes of a leaf that are known, as those of the band are, and that lie inside: bit z of byte 8 x + y.
+/// The nodes of a leaf that are known (active voxels of the band) and that lie inside: bit z of byte 8 x + y.
 struct LeafSigns {
     std::array<std::uint8_t, 64> known, inside;
     bool any_inside, any_outside, any_on_surface;
 
     LeafSigns() = default;
-    /// \param on_node  of LateralGrid.
+    /// \param on_node  LateralGrid::on_node.
     LeafSigns(const FloatLeaf& leaf, float on_node);
 };
 
-/// Parts of a leaf and of those on its high sides: at +x for bit 0 of the index, +y for bit 1, +z for bit 2.
+/// Data of a leaf and of those on its high sides: at +x for bit 0 of the index, +y for bit 1, +z for bit 2.
 /// Null where there is no leaf.
 template <class T>
 using Parts = std::array<const T*, 8>;
@@ -56,7 +55,7 @@ struct RowBits {
     std::array<std::uint16_t, kSide * kSide> row;
 
     static std::size_t at(int x, int y) { return static_cast<std::size_t>(x * kSide + y); }
-    /// \param bits  of a part p, null where there is none.
+    /// \param bits  gives the bits of part p, null if there is none.
     template <class Bits>
     void load(Bits&& bits) {
         for (int x = 0; x < kSide; ++x)
@@ -86,8 +85,8 @@ struct Signs {
         const unsigned in = inside.row[RowBits::at(x, y)], all = known.row[RowBits::at(x, y)];
         return (in ^ in >> 1) & all & all >> 1 & 0xffu;
     }
-    /// The cells between (x, y) and (x + 1, y + 1) that have corners inside and outside, by their z; \p whole:
-    /// whose corners are all known.
+    /// The cells between (x, y) and (x + 1, y + 1) with corners inside and outside, by their z; \p whole:
+    /// cells whose corners are all known.
     unsigned cut_cells(int x, int y, unsigned& whole) const;
     /// Bit c: corner c of the cell at (x, y, z) lies inside; see marching_cubes_table.
     std::size_t pattern(int x, int y, int z) const;
@@ -103,7 +102,7 @@ inline double node_coordinate(const LateralGrid& box, int axis, int i) {
     return i == box.cells[a] ? box.max[a] : box.min[a] + i * box.spacing;
 }
 
-/// All leaves with their cuts. The numbers of vertices and triangles follow those that a mesh has already.
+/// All leaves and what the surface cuts in them. Vertex and triangle numbers continue those of a mesh.
 class CutLeaves {
   public:
     /// \throws NumericsError if the band is too thin to hold the cells that the surface passes through.
@@ -112,7 +111,7 @@ class CutLeaves {
     std::size_t size() const { return leaves_->size(); }
     const FloatLeaf& leaf(std::size_t n) const { return *(*leaves_)[n]; }
     const LeafEdges& edges(std::size_t n) const { return edges_[n]; }
-    /// How many vertices and triangles there are in the end.
+    /// Final numbers of vertices and triangles, those of the mesh included.
     std::uint32_t vertices() const { return vertices_; }
     std::uint32_t triangles() const { return triangles_; }
 
@@ -136,7 +135,7 @@ class CutLeaves {
         return parts(n, [&](std::size_t k) -> const LeafEdges* { return &edges_[k]; });
     }
     Signs signs(std::size_t n) const;
-    /// The leaf of a node or the number of the vertex on the edge from it along an axis; null, kNoVertex where there is none.
+    /// The leaf of a node, or null; the vertex on the edge from a node along an axis, or kNoVertex.
     const FloatLeaf* leaf_at(const openvdb::Coord& node) const;
     std::uint32_t vertex_on(const openvdb::Coord& node, int axis) const;
 
@@ -166,7 +165,7 @@ class CutLeaves {
     std::vector<const FloatLeaf*> in_columns_;
     const std::vector<const FloatLeaf*>* leaves_;
     LeafTable index_;
-    // Not set when made: many threads set each leaf's.
+    // Uninitialised at first: many threads set them, leaf by leaf.
     std::unique_ptr<LeafEdges[]> edges_;
     std::unique_ptr<LeafSigns[]> signs_;
     std::uint32_t vertices_, triangles_;

@@ -15,12 +15,13 @@ namespace {
 using openvdb::Coord;
 
 constexpr double kEdgeCosine = 0.8;  // planes over 37 degrees apart make an edge
-constexpr double kRank = 0.1;        // eigenvalues of a quadric below this part of the largest are none
-constexpr double kInside = 1e-3;     // cells: vertices keep away from the faces of their box
-constexpr double kReach = 0.5;       // cells: a vertex farther outside its box is none
-constexpr double kBeside = 0.05;     // cells: a vertex no farther outside lies on the box
+constexpr double kRank = 0.1;        // eigenvalues of a quadric below this share of the largest count as 0
+constexpr double kInside = 1e-3;     // cells: distance of apices from the faces of their box
+constexpr double kReach = 0.5;       // cells: an apex farther outside its box is dropped
+constexpr double kBeside = 0.05;     // cells: an apex no farther outside lies on the box
 
-// The point next to the crossings' mean where their planes meet, and how many of its directions they fix.
+// The point nearest to the crossings' mean in which their planes meet (least squares), and the rank: how many
+// directions the planes fix.
 std::pair<Vec3, int> meeting_point(const BentCell& cell, const Crossings& crossings, Vec3& mean) {
     mean = Vec3::Zero();
     for (const Corner& c : cell.loop) mean += local_point(c, crossings.plane[c.crossing]);
@@ -58,8 +59,7 @@ bool has_edge(const BentCell& cell, const Crossings& crossings) {
     return false;
 }
 
-// Whether two planes make an angle below 37 degrees: where curved faces meet in a cusp, planes meet far
-// beyond it.
+// Whether two planes make an angle below 37 degrees: at a cusp of curved faces, planes meet far beyond it.
 bool is_cusp(const BentCell& cell, const Crossings& crossings) {
     for (const Corner& a : cell.loop)
         for (const Corner& b : cell.loop)
@@ -68,7 +68,7 @@ bool is_cusp(const BentCell& cell, const Crossings& crossings) {
     return false;
 }
 
-// The cell that one beyond a periodic side repeats.
+// The own cell that a cell beyond a periodic side repeats.
 Coord source_cell(const LateralGrid& box, Coord cell) {
     for (int a = 0; a < 2; ++a) {
         const auto k = static_cast<std::size_t>(a);
@@ -77,8 +77,8 @@ Coord source_cell(const LateralGrid& box, Coord cell) {
     return cell;
 }
 
-// Whether the surface passes by a cell: all its corners are known and on one side. None beyond a side is
-// meant, but beyond a periodic one if \p beyond.
+// Whether the surface does not cut a cell: all its corners are known and on one side. False for cells beyond
+// the domain, except those beyond a periodic side if \p beyond.
 bool is_uncut(NodeReader& value, const LateralGrid& box, Coord cell, bool beyond) {
     if (beyond) cell = source_cell(box, cell);
     if (cell.x() < 0 || cell.y() < 0 || cell.x() >= box.cells[0] || cell.y() >= box.cells[1]) return false;
@@ -91,7 +91,7 @@ bool is_uncut(NodeReader& value, const LateralGrid& box, Coord cell, bool beyond
     return inside == 8 || outside == 8;
 }
 
-// The fan of a cell, if its planes make an edge of the kind asked for.
+// The fan of a cell, if its planes make an edge that is allowed there.
 std::optional<Fan> fan_of(const BentCell& cell, const Crossings& crossings, NodeReader& value,
                           const LateralGrid& box, SharpEdges which) {
     const SharpEdges kinds =
@@ -118,8 +118,7 @@ std::optional<Fan> fan_of(const BentCell& cell, const Crossings& crossings, Node
     return fan;
 }
 
-// Puts the apex of a fan into its box. \returns whether it lay near enough, and not beyond an edge of the
-// box.
+// Clamps an apex to its box. \returns whether it was near enough, and not beyond an edge of the box.
 bool confine(Fan& fan) {
     double most = 0.0;
     int beyond = 0;
@@ -147,7 +146,7 @@ std::vector<Fan> find_fans(const CutLeaves& leaves, const LateralGrid& box,
         NodeReader value(leaves, box);
         found[n] = fan_of(*of[n], crossings, value, box, which);
     });
-    // A cell that several fans would take is left to none.
+    // A cell that several fans would take goes to none.
     std::map<Coord, int> takers;
     const auto beside = [&](const Fan& fan) {
         return source_cell(box, fan.of->cell + Coord(fan.taken[0], fan.taken[1], fan.taken[2]));

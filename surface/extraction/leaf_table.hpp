@@ -8,7 +8,7 @@
 
 namespace sidewall::surface {
 
-/// Numbers of the leaves there are, by their place: a dense box of leaf coordinates (nodes / 8).
+/// Look-up table of leaf numbers by place: a dense box of leaf coordinates (nodes / 8).
 class LeafTable {
   public:
     LeafTable() = default;

@@ -13,10 +13,11 @@ namespace sidewall::surface {
 /// The leaves of a FloatGrid's tree.
 using FloatLeaf = openvdb::tree::LeafNode<float, 3>;
 
+/// What is made of a column of cells.
 enum class CellColumn : std::uint8_t {
     left_out,
-    bare,      ///< left out, and on its cells' edges there are no vertices, whatever the next column is
-    vertices,  ///< on the cells' edges alone
+    bare,      ///< left out, with no vertices on its cells' edges, whatever the next column is
+    vertices,  ///< vertices on the cells' edges, no triangles
     meshed
 };
 
@@ -25,12 +26,11 @@ enum class SharpEdges : std::uint8_t {
     none,    ///< nowhere: marching cubes alone, which cuts edges off by up to a cell
     hollow,  ///< where the surface bends towards the gas, as at the foot of a wall
     all,
-    all_beyond  ///< all, those across a periodic side by a part of a cell, too: for volumes, as the mesh
-                ///< leaves its box
+    all_beyond  ///< all, also if the apex lies a fraction of a cell beyond a periodic side, where the mesh
+                ///< leaves its box: for volumes
 };
 
-/// The lateral box of a level set: nodes 0..cells per axis are meshed, so that the surface ends exactly on
-/// the sides.
+/// The lateral box of a level set: nodes 0..cells per axis are meshed; the surface ends exactly on the sides.
 struct LateralGrid {
     std::array<double, 2> min{};  ///< world x, y of node 0
     std::array<double, 2> max{};  ///< world x, y of node cells: boundary vertices get these very numbers
@@ -38,12 +38,13 @@ struct LateralGrid {
     double spacing = 0.0;  ///< dx; node k along z lies at k dx
     /// By column of cells, y fastest: what is made of them. Empty: all are meshed.
     std::span<const CellColumn> columns = {};
-    /// Whether node cells of an axis is the image of node 0; else values are mirrored about the sides. For sharp edges.
+    /// Whether node `cells` of an axis is the image of node 0; else values mirror at the sides. For sharp
+    /// edges.
     std::array<bool, 2> periodic{};
-    /// Nodes with |phi| below this lie on the surface and count as outside, as rounding differs with the wafer's place and
-    /// the unit of length.
+    /// Nodes with |phi| below this lie on the surface and count as outside: rounding differs with the wafer's
+    /// place and the unit of length.
     double on_node = 0.0;
-    /// Says which edges a cell may have at the most, by its low corner; empty: all.
+    /// Gives the sharp edges that a cell may have at most, by its low corner; empty: all.
     std::function<SharpEdges(const std::array<int, 3>&)> edges_in = {};
 };
 
@@ -59,15 +60,15 @@ struct SharpVertices {
     std::vector<EdgeKind> kind;  ///< of each
 };
 
-/// Extracts the zero level of leaves of a level set (negative inside; active voxels are the narrow band) by marching cubes
-/// (Lorensen and Cline, 1987). Ambiguous faces separate the inside nodes in both cells, and no polygon is cut along a face:
-/// the mesh is watertight and manifold but for its boundary on the sides.
+/// Extracts the zero level of leaves of a level set (negative inside; active voxels are the narrow band) by
+/// marching cubes (Lorensen and Cline, 1987). Ambiguous faces separate the inside nodes in both cells, and no
+/// polygon is cut along a face: the mesh is watertight and manifold but for its boundary on the sides.
 ///
 /// \param leaves  in a grid's order; they need not be all of one grid.
-/// \param mesh    gets the vertices, in world units, and the triangles, counter-clockwise seen from the positive side; their
-///                order depends on the leaves alone.
-/// \param edges   which edges of the surface get vertices of their own; the mesh stays watertight and manifold.
-/// \returns these vertices, which come after all others.
+/// \param mesh    gets the vertices, in world units, and the triangles, counter-clockwise seen from the
+///     positive side; their order depends on the leaves alone.
+/// \param edges   which edges of the surface get additional vertices; the mesh stays watertight and manifold.
+/// \returns the vertices on edges, which come after all others.
 /// \throws NumericsError if the band is too thin to hold the cells that the surface passes through.
 /// \note Parallel over leaves, linear in active voxels.
 SharpVertices marching_cubes(const std::vector<const FloatLeaf*>& leaves, const LateralGrid& box,

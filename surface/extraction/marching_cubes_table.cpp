@@ -3,8 +3,8 @@
 
 #include "surface/extraction/marching_cubes.hpp"
 
-// The table is derived, not copied: walk each face of the cell, join where the walk enters and leaves the
-// inside, chain the joins to polygons, and cut the polygons without touching a face.
+// The table is derived, not copied: walk around each face of the cell, join the edges where the walk enters
+// and leaves the inside, chain the joins to polygons, and triangulate these without diagonals in a face.
 namespace sidewall::surface {
 namespace {
 
@@ -78,8 +78,7 @@ double diagonal_cost(int e, int f) {
     return squared;
 }
 
-// The cheapest triangulation of loop[first..last], by dynamic programming over the third vertex (small: plain
-// recursion).
+// The cheapest triangulation of loop[first..last], by recursion over the third vertex (loops are small).
 double triangulate(const Loop& loop, std::size_t first, std::size_t last,
                    std::vector<std::uint8_t>& triangles) {
     if (last - first < 2) return 0.0;

@@ -14,7 +14,7 @@ namespace {
 
 using openvdb::Coord;
 
-constexpr double kBetterFit = 0.05;  // gain of the worst cosine for which an edge is turned
+constexpr double kBetterFit = 0.05;  // least gain of the worst cosine for which an edge is flipped
 
 Vec3 world_point(const LateralGrid& box, const Fan& fan, const Vec3& local) {
     Vec3 p;
@@ -59,8 +59,8 @@ double fit(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& normal) {
     return length > 1e-12 ? n.dot(normal) / length : -1.0;
 }
 
-// Joins the apices of fans whose cells share a face, and those beside a side of the domain with their images,
-// where the triangles then fit the planes better.
+// Joins the apices of fans whose cells share a face, and apices beside a side of the domain with their
+// images, if the triangles then fit the planes better.
 class Joiner {
   public:
     Joiner(const LateralGrid& box, const Crossings& crossings, std::vector<Fan>& fans, TriangleMesh& mesh,
@@ -118,9 +118,9 @@ class Joiner {
         return fans_[other.fan].of->cell == beside && across.axis == face.axis && across.side != face.side;
     }
 
-    // Where the joint of a fan's apex with another passes through a face, if it fits better than the segment
-    // there. It must pass through the face itself, or through one \p beside it that both cells have taken for
-    // themselves.
+    // The point where the line from a fan's apex to another passes through a face, if joining them fits
+    // better than the segment there. It must pass through the face itself or, if \p beside, through the face
+    // beside it between the cells that both fans have taken.
     std::optional<Vec3> joint(const Segment& segment, const Face& face, const Vec3& other,
                               bool beside) const {
         const Fan& fan = fans_[segment.fan];
@@ -156,8 +156,7 @@ class Joiner {
         split(own, face, *through);
         split(other, {face.axis, 1 - face.side}, *through);
     }
-    // In a profile of one cell edges run from side to side: the apex goes onto one side, and a vertex onto
-    // the other.
+    // In a profile of one cell edges run from side to side: the apex goes onto one, a vertex onto the other.
     void span(const Segment& own, const Face& face, const Segment& other, const Vec3& through) {
         split(face.side == 1 ? own : other, {face.axis, 1}, through);
         Fan& fan = fans_[own.fan];
@@ -192,8 +191,8 @@ class Joiner {
     SharpVertices& sharp_;
 };
 
-// Moves a crossing of a fan to where its plane is, and one on an edge of the surface to it, with its images
-// on the sides.
+// Moves the crossings of fans, and those on an edge of the surface, to where their planes put them, with
+// their images on the sides.
 void move_vertices(const CutLeaves& leaves, const LateralGrid& box, const Crossings& crossings,
                    const std::vector<Fan>& fans, std::vector<Vec3>& vertices) {
     std::vector<std::uint8_t> moved(crossings.edge.size(), 0);
@@ -219,7 +218,7 @@ void move_vertices(const CutLeaves& leaves, const LateralGrid& box, const Crossi
     }
 }
 
-// Puts the triangles of the fans in the places of those that their cells had, and what is over at the end.
+// Writes the triangles of the fans over those that their cells had, and surplus ones at the end.
 void write_fans(const std::vector<Fan>& fans, const SharpVertices& sharp, std::vector<Triangle>& triangles) {
     for (std::size_t f = 0; f < fans.size(); ++f) {
         const Fan& fan = fans[f];

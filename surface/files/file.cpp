@@ -13,7 +13,7 @@
 namespace sidewall::surface {
 namespace {
 
-// Bytes of the visible character that the text begins with; 0 if it is none.
+// Length in bytes of the printable UTF-8 character at the start of the text; 0 if there is none.
 std::size_t character_length(std::string_view text) {
     const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(text[k]); };
     const unsigned char first = byte(0);
@@ -25,7 +25,7 @@ std::size_t character_length(std::string_view text) {
         if (byte(k) >> 6 != 2) return 0;
         code = code << 6 | (byte(k) & 0x3fu);
     }
-    constexpr char32_t kLeast[] = {0, 0, 0xa0, 0x800, 0x10000};  // below: control characters, longer forms
+    constexpr char32_t kLeast[] = {0, 0, 0xa0, 0x800, 0x10000};  // lower codes: controls, overlong forms
     const bool surrogate = code >= 0xd800 && code < 0xe000;
     return code >= kLeast[length] && code <= 0x10ffff && !surrogate ? length : 0;
 }

@@ -13,17 +13,17 @@ std::string read_whole_file(const std::filesystem::path& path);
 /// A path's extension in lower case, with its dot: ".vtp" of "Fin.VTP".
 std::string lower_extension(const std::filesystem::path& path);
 
-/// Whether a text is a number and nothing else, which is read. A + before it makes it none.
-/// \param base  of a whole number's digits; default ten.
+/// Reads a text that is one number and nothing else; false for any other text, such as one with a leading +.
+/// \param base  of the digits of a whole number; default ten.
 template <class Number, class... Base>
 bool read_number(std::string_view text, Number& value, Base... base) {
     const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value, base...);
     return failure == std::errc{} && end == text.data() + text.size();
 }
 
-/// Text that a terminal can be given: characters of UTF-8, line breaks and tabs stay, every other byte and
-/// control character becomes `\xNN`. For texts that may quote a damaged file.
-/// \param one_line  line breaks and tabs become `\x0a` and `\x09`, too, as suits a name.
+/// Makes a text safe to print on a terminal: UTF-8 characters, line breaks and tabs stay, every other byte
+/// and control character becomes `\xNN`. For messages that may quote a damaged file.
+/// \param one_line  whether line breaks and tabs also become `\x0a` and `\x09`, as suits a name.
 std::string printable(std::string_view text, bool one_line = false);
 
 }  // namespace sidewall::surface

@@ -17,14 +17,14 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Held {
-    fs::path folder;  // as it was given
+    fs::path folder;  // path as the caller gave it
     int file;
 };
 
 std::mutex held_mutex;
 std::vector<Held> held_folders;
 
-// A file's folder, one text for all ways to write it, but for links.
+// A file's folder in normal form, so that its spellings compare equal; symbolic links are not resolved.
 fs::path folder_of(const fs::path& file) {
     return file.lexically_normal().parent_path();
 }

@@ -5,10 +5,10 @@
 
 namespace sidewall::surface {
 
-/// A folder that is kept open while the program writes into it.
+/// Keeps a folder open while the program writes into it.
 ///
-/// What output_file.hpp does to files right in it goes through the open folder: not through links, and not to devices
-/// or pipes. It fails once the folder's name is gone or names another folder. For any thread.
+/// The functions of output_file.hpp write files directly in it through its descriptor, and refuse symbolic
+/// links, devices and pipes there. They fail once its path is gone or names another folder. Thread-safe.
 class HeldFolder {
   public:
     /// \throws IoError if the folder cannot be opened.
@@ -23,18 +23,18 @@ class HeldFolder {
     int file_;
 };
 
-/// A file as the *at functions of the system take it.
+/// A file as openat(), renameat() and their like take it.
 struct FilePlace {
-    int folder = AT_FDCWD;       ///< that the name starts from
-    std::filesystem::path name;  ///< in a folder that is held, the file's own name; else its path
+    int folder = AT_FDCWD;       ///< descriptor of the folder that `name` is relative to
+    std::filesystem::path name;  ///< file name in a held folder; else the whole path
     bool held() const { return folder != AT_FDCWD; }
-    /// A flag of open: links are followed outside held folders only.
+    /// Flag for open(): symbolic links are followed outside held folders only.
     int no_links() const { return held() ? O_NOFOLLOW : 0; }
 };
 
-/// The place of a file that is to be written.
-/// \throws IoError if its folder is held and was removed, renamed or replaced, or holds a link, a device or a pipe of that
-///         name.
+/// The place of a file to be written: in its held folder, if there is one.
+/// \throws IoError if its folder is held and was removed, renamed or replaced, or has a symbolic link, a
+///         device or a pipe of that name.
 FilePlace place_of(const std::filesystem::path& path);
 
 }  // namespace sidewall::surface

@@ -50,7 +50,7 @@ std::string excerpt(std::string_view text) {
 void check_read_mesh(const TriangleMesh& mesh, const std::string& name) {
     if (mesh.triangles.empty())
         throw FileError("{}: holds no triangle: export the surface as polygons", name);
-    // Beyond this, squares of lengths leave the range of single precision, in which rays are traced.
+    // Lengths beyond this may overflow when multiplied in single precision, in which rays are traced.
     constexpr double kLargest = 1e15;
     for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
         const Vec3& p = mesh.vertices[i];

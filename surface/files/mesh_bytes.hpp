@@ -13,7 +13,7 @@
 #include "surface/files/file.hpp"
 #include "surface/triangle_mesh.hpp"
 
-// What the mesh file readers and writers share; not for others.
+// Internal helpers shared by the readers and writers of mesh files.
 namespace sidewall::surface {
 
 static_assert(std::endian::native == std::endian::little,
@@ -42,7 +42,7 @@ double load_as(const char* bytes, bool big_endian) {
     return static_cast<double>(load<T>(bytes, big_endian));
 }
 
-/// One value as double; integers beyond 2^53 are rounded.
+/// Reads one value as double; integers beyond 2^53 are rounded.
 inline double load_scalar(const char* bytes, FileScalar type, bool big_endian) {
     constexpr double (*kLoad[])(const char*, bool) = {
         load_as<std::int8_t>,  load_as<std::uint8_t>,  load_as<std::int16_t>, load_as<std::uint16_t>,
@@ -51,7 +51,7 @@ inline double load_scalar(const char* bytes, FileScalar type, bool big_endian) {
     return kLoad[static_cast<std::size_t>(type)](bytes, big_endian);
 }
 
-/// How a file's values are kept: integers as int32 if they all fit.
+/// Type that stores values read from a file: integers become int32 if all fit, else float64.
 inline Scalar attribute_scalar(FileScalar type, const std::vector<double>& values) {
     if (type == FileScalar::float32) return Scalar::float32;
     if (type == FileScalar::float64) return Scalar::float64;
@@ -60,7 +60,7 @@ inline Scalar attribute_scalar(FileScalar type, const std::vector<double>& value
     return fits ? Scalar::int32 : Scalar::float64;
 }
 
-/// The value as an attribute's Scalar type stores it; out of int32's range it is clamped, NaN becomes 0.
+/// Converts to int32 by truncation; values out of range are clamped, NaN becomes 0.
 inline std::int32_t to_int32(double value) {
     if (!(value == value)) return 0;
     return static_cast<std::int32_t>(std::clamp(value, -2147483648.0, 2147483647.0));
@@ -81,28 +81,27 @@ inline void append_scalar(std::string& bytes, Scalar type, double value) {
 /// \throws FileError for UTF-16.
 std::string_view without_mark(std::string_view text, const std::string& name);
 
-/// The line at \p at without its end, which \p at steps past: LF, CR LF, or CR alone as old programs write it.
+/// The line that starts at \p at, without its end; moves \p at to the next line. Line ends: LF, CR LF, CR.
 std::string_view next_line(std::string_view text, std::size_t& at);
 
-/// Takes the white space off the start of a text.
 void skip_space(std::string_view& text);
 
-/// Takes the number that a text begins with off it; nothing if what stands there up to the next white space is no number
-/// alone.
+/// Reads a number at the start of a text and removes it there; nothing if the characters up to the next white
+/// space are not a number.
 std::optional<double> next_number(std::string_view& text);
 
-/// What a text begins with, for messages: a few characters that a terminal can be given.
+/// The first characters of a text, made printable for messages.
 std::string excerpt(std::string_view text);
 
-/// What a file may become in memory: values that compress well, or one cell's that many triangles repeat, make
-/// gigabytes of a few kilobytes. Counted before it is taken.
+/// Limit for the memory that decoding a file takes, checked before it is taken. Well-compressed values, or
+/// one cell's values repeated for its many triangles, can turn kilobytes into gigabytes.
 class MemoryBudget {
   public:
-    /// Room for kLeast bytes and kTimes the file's size; a mesh as this program writes it takes ten times its file.
+    /// Allows kLeast bytes plus kTimes the file's size; meshes of this program take ten times their file's.
     MemoryBudget(std::string name, std::size_t file_size)
         : name_(std::move(name)), left_(kLeast + kTimes * static_cast<double>(file_size)), all_(left_) {}
 
-    /// \throws FileError naming the file if \p count doubles more are too many.
+    /// \throws FileError naming the file if \p count more doubles exceed the budget.
     void take_doubles(double count) {
         left_ -= 8.0 * count;
         if (left_ < 0.0)
@@ -118,7 +117,7 @@ class MemoryBudget {
     double left_, all_;
 };
 
-/// Builds the triangles of a file's cells, with which cell each came from.
+/// Triangles made of the cells of a file, and the cell that each came from.
 struct CellTriangles {
     std::vector<Triangle> triangles;
     std::vector<std::uint32_t> cell;
@@ -129,7 +128,8 @@ struct CellTriangles {
     }
     template <class Indices>
     void add_strip(const Indices& v, std::uint32_t cell_index) {
-        // Every other triangle of a strip is oriented backwards. Corners are repeated to turn it.
+        // Every second triangle of a strip lists its corners in reverse. Those with repeated corners only
+        // join parts of the strip.
         for (std::size_t k = 2; k < v.size(); ++k)
             if (v[k - 2] != v[k - 1] && v[k - 1] != v[k] && v[k] != v[k - 2])
                 add(k % 2 == 0 ? Triangle{v[k - 2], v[k - 1], v[k]} : Triangle{v[k - 1], v[k - 2], v[k]},
@@ -141,11 +141,11 @@ struct CellTriangles {
     }
 };
 
-/// Checks what every reader promises.
+/// Checks a mesh that was read: it has triangles, finite coordinates up to 1e15 and valid indices.
 /// \throws FileError.
 void check_read_mesh(const TriangleMesh& mesh, const std::string& name);
 
-/// Checks attribute lengths and indices before writing.
+/// Checks before writing that every attribute has one value per element and component.
 /// \throws GeometryError.
 void check_written_mesh(const TriangleMesh& mesh);
 

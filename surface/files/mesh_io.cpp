@@ -13,7 +13,7 @@
 namespace sidewall::surface {
 namespace {
 
-// The extension, which is that of a mesh format.
+// The extension in lower case. Throws FileError unless it is that of a mesh format.
 std::string format_of(const std::filesystem::path& path) {
     std::string extension = lower_extension(path);
     if (extension == ".vtp" || extension == ".ply" || extension == ".stl" || extension == ".obj")

@@ -12,7 +12,7 @@ namespace {
 
 const std::string kMaterialPrefix = "material_";
 
-/// One line after another, continued ones joined, comments cut off.
+/// Reads line by line: joins continued lines and removes comments.
 class Lines {
   public:
     explicit Lines(std::string_view bytes) : bytes_(bytes) {}
@@ -51,11 +51,11 @@ struct Reader {
     std::string name;
     TriangleMesh mesh;
     CellTriangles cells;
-    std::vector<std::size_t> materials;  ///< per face, into material_names
+    std::vector<std::size_t> materials;  ///< per face: index into material_names
     std::vector<std::string> material_names{
-        std::string()};  ///< as they come; the first stands for faces without one
-    std::map<std::string, std::size_t> material_numbers;  ///< by name, into material_names
-    std::map<std::string, std::size_t> dropped;           ///< statements by sort
+        std::string()};  ///< in order of appearance; the first stands for faces without one
+    std::map<std::string, std::size_t> material_numbers;  ///< by name: index into material_names
+    std::map<std::string, std::size_t> dropped;           ///< count by type of statement
     std::size_t material = 0;
     Lines lines;
 
@@ -88,7 +88,7 @@ struct Reader {
             std::int64_t index = 0, other = 0;
             const std::size_t slash = std::min(word.find('/'), word.size());
             bool good = parse_index(word.substr(0, slash), index);
-            for (std::size_t at = slash; at < word.size();) {  // of a texture and a normal, or nothing
+            for (std::size_t at = slash; at < word.size();) {  // texture and normal, may be empty
                 const std::size_t next = std::min(word.find('/', at + 1), word.size());
                 good &= next == at + 1 || parse_index(word.substr(at + 1, next - at - 1), other);
                 at = next;
@@ -108,13 +108,13 @@ struct Reader {
 
     void use_material(std::string_view rest) {
         skip_space(rest);
-        const std::string of(rest.substr(0, rest.find_last_not_of(" \t\n\v\f\r") + 1));  // may have blanks
+        const std::string of(rest.substr(0, rest.find_last_not_of(" \t\n\v\f\r") + 1));  // may hold blanks
         const auto [at, is_new] = material_numbers.emplace(of, material_names.size());
         if (is_new) material_names.push_back(of);
         material = at->second;
     }
 
-    // By material: N of `material_N`, for the others the lowest ids that are left, in their order.
+    // Id of each material name: N for `material_N`, for others the lowest unused ids in order of appearance.
     std::vector<int> material_ids() const {
         std::vector<int> ids(material_names.size(), 0);
         std::set<int> taken;

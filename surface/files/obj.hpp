@@ -7,12 +7,12 @@
 
 namespace sidewall::surface {
 
-/// The file's bytes: Wavefront OBJ. The triangles' `material` N becomes `usemtl material_N`.
+/// Encodes Wavefront OBJ; returns the file's bytes. The triangles' `material` N becomes `usemtl material_N`.
 std::string encode_obj(const TriangleMesh& mesh);
 
-/// Reads Wavefront OBJ: vertices and polygons. Each material's name gives its faces an id of its own, their triangles'
-/// `material`: N to `material_N`, to all other names the lowest ids that are left, in the order in which they come. Normals,
-/// texture coordinates, colours, lines and groups are dropped.
+/// Reads Wavefront OBJ: vertices and polygons. Each material name becomes a value of the triangle attribute
+/// `material`: N for the name `material_N`, for all others the lowest unused ids in order of appearance.
+/// Normals, texture coordinates, colours, lines and groups are dropped.
 TriangleMesh decode_obj(std::string_view bytes, const std::string& name, MeshMetadata* metadata = nullptr);
 
 }  // namespace sidewall::surface

@@ -28,15 +28,15 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kBlock = std::size_t{1} << 18;
 
-// The signal that came while a file was written, if it would have ended the program at once.
+// Signal caught while a file was written, of those that would have ended the program at once; 0 if none.
 volatile std::sig_atomic_t ended_by = 0;
 
 extern "C" void on_end(int signal) {
     ended_by = signal;
 }
 
-// While it lives, signals that would end the program at once end the writing first, so that nothing half
-// written is left; those that the program handles itself, or ignores, are not touched.
+// Defers signals that would end the program at once until the file is complete or its partial file removed:
+// Descriptor::write() stops, the destructor raises the signal again. Handled and ignored ones stay as set.
 class EndsWriting {
   public:
     EndsWriting() {
@@ -73,7 +73,7 @@ IoError refused(const fs::path& path, int error) {
                    std::generic_category().message(error));
 }
 
-// An open file. Whatever fails is reported under the name that the user knows.
+// Owns an open file. Errors name the path that the user knows, not that of the partial file.
 class Descriptor {
   public:
     Descriptor(const fs::path& name, int file) : name_(name), file_(file) {
@@ -94,7 +94,7 @@ class Descriptor {
             bytes.remove_prefix(static_cast<std::size_t>(count));
         }
     }
-    // Some file systems know no syncing.
+    // Some file systems do not support fsync: EINVAL and ENOTSUP are no errors.
     void sync(const char* operation) const {
         if ((!allowed(operation, name_) || ::fsync(file_) != 0) && errno != EINVAL && errno != ENOTSUP)
             throw refused(name_, errno);
@@ -110,7 +110,7 @@ class Descriptor {
     int file_;
 };
 
-// A stream's way into a file: counts and sums what passes.
+// Stream buffer that writes to a file and keeps the number and the CRC-32 of the bytes written.
 class Buffer : public std::streambuf {
   public:
     explicit Buffer(const Descriptor& file) : file_(file), block_(kBlock) {
@@ -142,7 +142,7 @@ class Buffer : public std::streambuf {
     std::uint64_t size_ = 0;
 };
 
-// All of a file, to its last byte in the system's hands.
+// Writes a whole file with its trailer and hands all bytes to the operating system.
 void fill(Buffer& buffer, const std::function<void(std::ostream& out)>& write, const Trailer& trailer) {
     std::ostream out(&buffer);
     out.exceptions(std::ios::badbit | std::ios::failbit);
@@ -153,7 +153,7 @@ void fill(Buffer& buffer, const std::function<void(std::ostream& out)>& write, c
     out.flush();
 }
 
-// What was written reads back as it was.
+// Reads the file back and compares size and CRC-32 with those written.
 void verify(const fs::path& name, const Descriptor& file, const Buffer& written) {
     std::vector<Bytef> block(kBlock);
     uLong checksum = 0;
@@ -176,7 +176,7 @@ void verify(const fs::path& name, const Descriptor& file, const Buffer& written)
 void sync_folder(const fs::path& path, const FilePlace& place) {
     const fs::path folder = place.name.has_parent_path() ? place.name.parent_path() : fs::path(".");
     const int file = ::openat(place.folder, folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (file < 0) return;  // one that may be written to but not read
+    if (file < 0) return;  // a folder that may be written to but not read
     Descriptor(path, file).sync("sync folder");
 }
 
@@ -185,7 +185,7 @@ int open_place(const fs::path& path, const FilePlace& place, int flags) {
     return ::openat(place.folder, place.name.c_str(), flags | O_CLOEXEC | place.no_links(), 0666);
 }
 
-// A new file beside \p target, of a name that no other process or thread uses.
+// Creates a file beside \p target under a name that no other process or thread uses.
 int open_partial(const fs::path& path, const FilePlace& target, fs::path& partial) {
     for (int attempt = 0;; ++attempt) {
         partial = target.name;
@@ -253,7 +253,7 @@ void append_to_file(const fs::path& path, std::string_view bytes) {
         file.write(bytes);
         file.close();
     } catch (...) {
-        // Should this fail, too, a reader meets half a line at the end; the error is reported all the same.
+        // If this fails, too, the file ends with half a line; the error is reported in either case.
         const int again = ::openat(place.folder, place.name.c_str(), O_WRONLY | O_CLOEXEC | place.no_links());
         [[maybe_unused]] const int ignored = ::ftruncate(again, before);
         ::close(again);

@@ -46,7 +46,7 @@ Header parse_header(std::string_view bytes, const std::string& name) {
     Header header;
     int line_number = 0;
     const auto where = [&] { return fmt::format("{}:{}", name, line_number); };
-    const bool lone = bytes.starts_with("ply\r") && !bytes.starts_with("ply\r\n");  // CR, all through
+    const bool lone = bytes.starts_with("ply\r") && !bytes.starts_with("ply\r\n");  // CR ends all lines
     const auto header_line = [&] {
         const std::size_t end = bytes.find(lone ? '\r' : '\n', header.size);
         if (end == std::string_view::npos)
@@ -98,7 +98,7 @@ Header parse_header(std::string_view bytes, const std::string& name) {
     return header;
 }
 
-/// Reads one value after another, from text or bytes.
+/// Reads values one after another, from text or bytes.
 class Values {
   public:
     Values(const Header& header, std::string_view bytes, const std::string& name)
@@ -139,7 +139,7 @@ class Values {
     std::string name_;
 };
 
-/// Rows of an element in columns; of the lists only the wanted one is kept, appended to the cells.
+/// The rows of an element, a column per property. Of lists only that of the faces is kept, in `cells`.
 struct Columns {
     std::vector<std::vector<double>> values;  ///< per property; empty for lists
     CellTriangles cells;
@@ -152,7 +152,7 @@ bool is_face_list(const Property& p) {
 }
 
 Columns read_element(Values& source, const Element& element, bool keep, const std::string& name) {
-    // A declared count is believed only as far as the file could hold it: a byte a value, two in text.
+    // A declared count is refused if the file is too short for it, at one byte a value.
     const std::uint64_t row_bytes = std::max<std::size_t>(1, element.properties.size());
     if (element.count > (source.left() + 1) / row_bytes && !element.properties.empty())
         throw FileError("{}: declares {} of '{}', more than the file holds: it is cut off or damaged", name,
@@ -176,7 +176,7 @@ Columns read_element(Values& source, const Element& element, bool keep, const st
             for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k) {
                 const double index = source.next(property.type, element, row);
                 if (!face) continue;
-                if (strip && index == -1.0) {  // ends one strip and begins another
+                if (strip && index == -1.0) {  // ends a strip and begins the next
                     columns.cells.add_strip(polygon, static_cast<std::uint32_t>(row));
                     polygon.clear();
                     continue;
@@ -195,7 +195,7 @@ Columns read_element(Values& source, const Element& element, bool keep, const st
     return columns;
 }
 
-/// Attribute names go into XML later on: printable ASCII only.
+/// Replaces blanks by \p space and all else but printable ASCII by '_': attribute names go into XML later.
 std::string clean_name(std::string name, char space) {
     for (char& c : name)
         if (c <= ' ' || c > '~') c = c == ' ' ? space : '_';
@@ -269,7 +269,7 @@ std::string encode_ply(const TriangleMesh& mesh, const MeshMetadata& metadata) {
     std::string bytes = "ply\nformat binary_little_endian 1.0\n";
     for (const auto& [name, text] : metadata.texts) {
         std::string shown = text;
-        std::replace(shown.begin(), shown.end(), '\0', ',');  // between the texts of a list
+        std::replace(shown.begin(), shown.end(), '\0', ',');  // separators of a list's items
         bytes += fmt::format("comment {}: {}\n", clean_name(name, '_'), clean_name(shown, ' '));
     }
     for (const auto& [name, number] : metadata.numbers)

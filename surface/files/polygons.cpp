@@ -11,16 +11,16 @@ constexpr std::size_t kMostCorners = 20'000;
 
 using Point = std::array<double, 2>;
 
-// Twice the area of a triangle, positive if it turns left.
+// Twice the signed area of a triangle, positive if it is counter-clockwise.
 double turn(const Point& a, const Point& b, const Point& c) {
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
 }
 
-// Cuts corners off a polygon that turns left in all, one after another, whose triangle holds no other corner.
-// Returns false if none is left that could be cut off.
+// Triangulates a counter-clockwise polygon by ear clipping: cuts off corners whose triangle holds no other
+// corner, one after another. Returns false if no such corner is left.
 bool cut_ears(const std::vector<Point>& p, const std::vector<std::uint32_t>& corner,
               std::span<Triangle> triangles) {
-    std::vector<std::size_t> left(p.size());  // corners that are left, in order
+    std::vector<std::size_t> left(p.size());  // remaining corners, in order
     for (std::size_t k = 0; k < left.size(); ++k) left[k] = k;
     std::size_t made = 0;
     const auto is_ear = [&](std::size_t at, bool flat) {
@@ -36,7 +36,7 @@ bool cut_ears(const std::vector<Point>& p, const std::vector<std::uint32_t>& cor
     };
     std::size_t at = 0;
     while (left.size() > 3) {
-        std::size_t tries = 0;  // first among corners of some area, then among flat ones
+        std::size_t tries = 0;  // first corners of positive area, then flat ones, too
         while (tries < 2 * left.size() && !is_ear(at, tries >= left.size())) {
             at = (at + 1) % left.size();
             ++tries;
@@ -45,7 +45,7 @@ bool cut_ears(const std::vector<Point>& p, const std::vector<std::uint32_t>& cor
         if (tries == 2 * n) return false;
         triangles[made++] = {corner[left[(at + n - 1) % n]], corner[left[at]], corner[left[(at + 1) % n]]};
         left.erase(left.begin() + static_cast<std::ptrdiff_t>(at));
-        at = (at + 1) % left.size();  // elsewhere next, so that triangles do not become a fan of slivers
+        at = (at + 1) % left.size();  // continues elsewhere: no fan of slivers
     }
     triangles[made] = {corner[left[0]], corner[left[1]], corner[left[2]]};
     return turn(p[left[0]], p[left[1]], p[left[2]]) >= 0.0;
@@ -61,15 +61,15 @@ void triangulate_polygons(CellTriangles& cells, const std::vector<Vec3>& vertice
         end = begin + 1;
         while (end < cells.triangles.size() && cells.cell[end] == cells.cell[begin]) ++end;
         const std::span fan(cells.triangles.data() + begin, end - begin);
-        if (fan.size() < 2) continue;  // a triangle
+        if (fan.size() < 2) continue;  // a single triangle
         std::vector<std::uint32_t> corner(fan[0].begin(), fan[0].end());
         for (const Triangle& t : fan.subspan(1))
             if (t[0] == corner[0] && t[1] == corner.back()) corner.push_back(t[2]);
-        if (corner.size() != fan.size() + 2) continue;  // a strip
+        if (corner.size() != fan.size() + 2) continue;  // from a triangle strip
         if (std::any_of(corner.begin(), corner.end(), [&](auto v) { return v >= vertices.size(); })) continue;
         Vec3 normal = Vec3::Zero();
         for (const Triangle& t : fan) normal += area(t);
-        // Two loops of a figure of eight may cancel each other out.
+        // The vector areas of the two loops of a figure of eight may cancel.
         const bool eight = normal.isZero(0.0) && std::any_of(fan.begin(), fan.end(), [&](const Triangle& t) {
                                return !area(t).isZero(0.0);
                            });

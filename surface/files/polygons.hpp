@@ -6,10 +6,12 @@
 
 namespace sidewall::surface {
 
-/// Triangulates the polygons of a file anew where a fan from their first corner would fold over: by ears, in the plane of their
-/// vector area. Polygons whose fan is sound, such as convex ones, keep it. The triangles of a cell stay together, as many.
-/// \param cells  as add_polygon() made them; all indices lie within \p vertices.
-/// \throws FileError naming the file and the place of a polygon that crosses itself, or of over 20,000 corners.
+/// Triangulates those polygons of a file anew whose fan from the first corner folds over, by ear clipping in
+/// the plane of their vector area. Polygons with a valid fan, such as convex ones, keep it. Each cell keeps
+/// the number and position of its triangles.
+/// \param cells  as add_polygon() made them. Polygons with indices beyond \p vertices are left as they came.
+/// \throws FileError with the place of a polygon that crosses itself, or of a concave one of over 20,000
+///         corners.
 /// \note O(n^2) for a polygon of n corners that is not convex.
 void triangulate_polygons(CellTriangles& cells, const std::vector<Vec3>& vertices, const std::string& name);
 

@@ -11,11 +11,11 @@ namespace {
 
 constexpr std::size_t kHeader = 80, kFacet = 50;
 
-/// Corners of facets, each a vertex of its own until those in the same place are made one.
+/// Collects facets into a mesh; corners in the same place become one vertex.
 class Soup {
   public:
     std::uint32_t add(const Vec3& p) {
-        // Adding zero makes -0 and 0 the same place.
+        // Adding zero turns -0 into 0.
         const auto [at, fresh] = index_.try_emplace({p.x() + 0.0, p.y() + 0.0, p.z() + 0.0},
                                                     static_cast<std::uint32_t>(mesh.vertices.size()));
         if (fresh) mesh.vertices.push_back(p);
@@ -40,7 +40,7 @@ class Soup {
     std::unordered_map<Place, std::uint32_t, boost::hash<Place>> index_;
 };
 
-// The line's first word in lower case, which is taken off; "" if it begins with no letter.
+// Removes the first word of a line and returns it in lower case; "" if the line begins with no letter.
 std::string next_keyword(std::string_view& line) {
     skip_space(line);
     std::string word;
@@ -51,8 +51,7 @@ std::string next_keyword(std::string_view& line) {
     return word;
 }
 
-// The numbers of a line after its keyword.
-// Throws FileError unless there are three and nothing else.
+// The three numbers of a line after its keyword. Throws FileError for anything else.
 Vec3 parse_point(std::string_view line, const std::string& where) {
     Vec3 p;
     for (int k = 0; k <= 3; ++k) {
@@ -113,8 +112,8 @@ void read_binary(std::string_view bytes, std::uint64_t facets, Soup& soup) {
 
 TriangleMesh decode_stl(std::string_view bytes, const std::string& name, MeshMetadata* metadata) {
     Soup soup;
-    // Binary files may begin with `solid`, too: their size decides, or that their count holds a zero, as no
-    // text does.
+    // Binary files may begin with `solid`, too. They are recognised by a size that fits their count of
+    // facets, or by a zero byte up to the end of that count, which no text has.
     std::uint64_t facets = 0;
     if (bytes.size() >= kHeader + 4) facets = load<std::uint32_t>(bytes.data() + kHeader, false);
     const std::uint64_t whole = kHeader + 4 + facets * kFacet;

@@ -24,7 +24,7 @@ std::string deflate_block(std::string_view block) {
 
 constexpr std::size_t kVtkBlock = 1 << 18;
 
-// Bytes of arrays that are held to be compressed side by side.
+// Bytes of arrays that are collected to be compressed in parallel.
 constexpr std::size_t kMostWaiting = 1 << 23;
 
 }  // namespace
@@ -57,8 +57,8 @@ void VtkWriter::array(const char* type, std::string_view name, int components, s
     if (waiting_bytes_ > kMostWaiting) compress();
 }
 
-// In vtkZLibDataCompressor's layout: block count, block size, last block's size if partial, compressed sizes,
-// blocks.
+// The layout of vtkZLibDataCompressor: block count, block size, last block's size if partial, compressed
+// sizes, then the blocks.
 void VtkWriter::compress() {
     std::vector<std::string_view> raw;  // blocks of all arrays
     for (const std::string_view bytes : waiting_)

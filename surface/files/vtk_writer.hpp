@@ -7,34 +7,34 @@
 #include "surface/files/mesh_metadata.hpp"
 #include "surface/triangle_mesh.hpp"
 
-// What VTK's XML files have in common; not for others.
+// Common parts of VTK's XML files; internal to the mesh writers.
 namespace sidewall::surface {
 
-/// Collects the XML head and the appended data side by side.
+/// Builds a VTK XML file from XML text and appended, compressed data arrays.
 class VtkWriter {
   public:
-    std::string xml;  ///< to be added to between arrays
+    std::string xml;  ///< text after the last array, to which callers append
 
     explicit VtkWriter(std::string type);
     void array(const char* type, std::string_view name, int components, std::string bytes);
     void attributes(const char* element, const std::vector<Attribute>& attributes);
     void field_data(const MeshMetadata& metadata);
     void points(const std::vector<Vec3>& vertices);
-    /// The whole file, once.
+    /// The complete file. Call it once, at the end.
     std::string file();
 
   private:
-    void compress();  // what waits
+    void compress();  // moves waiting_ to appended_
 
     std::string type_;
-    std::vector<std::string> heads_;    // of the XML, each up to an array's offset
-    std::vector<std::size_t> offsets_;  // of the arrays that are compressed
-    std::vector<std::string> waiting_;  // the others' bytes
+    std::vector<std::string> heads_;    // parts of the XML, each up to an array's offset
+    std::vector<std::size_t> offsets_;  // starts of compressed arrays in appended_
+    std::vector<std::string> waiting_;  // bytes of arrays to be compressed
     std::size_t waiting_bytes_ = 0;
     std::string appended_;
 };
 
-/// Text as it may stand between the quotes of an attribute.
+/// Escapes a text for the value of an XML attribute.
 std::string xml_escape(std::string_view text);
 
 }  // namespace sidewall::surface

@@ -24,7 +24,7 @@ const DataArray& find_array(const Document& document, const std::vector<DataArra
                     section, name);
 }
 
-/// The cells of Polys or Strips, each a list of vertices of the piece.
+/// The cells of Polys or Strips, each a list of vertex indices of the piece.
 Rows read_cells(const Document& document, const Piece& piece, vtp::Section section, std::uint64_t count,
                 std::string_view name) {
     Rows cells;
@@ -48,7 +48,7 @@ Rows read_cells(const Document& document, const Piece& piece, vtp::Section secti
     return cells;
 }
 
-/// Attributes of a section; \p element lists which stored element each new one takes its values from.
+/// Attributes of a section. \p element, if given, lists the stored elements whose values the new ones take.
 std::vector<Attribute> read_attributes(const Document& document, const std::vector<DataArray>& arrays,
                                        std::uint64_t stored, const std::vector<std::uint32_t>* element) {
     std::vector<Attribute> attributes;
@@ -102,7 +102,7 @@ TriangleMesh read_piece(const Document& document, const Piece& piece) {
     return mesh;
 }
 
-/// Keeps the attributes that both have in the same shape.
+/// Appends the values of attributes that both lists have with equally many components; drops the others.
 void append_attributes(std::vector<Attribute>& all, const std::vector<Attribute>& more) {
     std::erase_if(all, [&](Attribute& a) {
         for (const Attribute& b : more)
@@ -137,7 +137,7 @@ MeshMetadata read_metadata(const Document& document) {
             std::string text;
             for (int code = 0; codes >> code && code >= 0 && code < 256;)
                 text += static_cast<char>(static_cast<unsigned char>(code));
-            if (text.ends_with('\0')) text.pop_back();  // of the last one
+            if (text.ends_with('\0')) text.pop_back();  // end of the last string
             metadata.texts.emplace_back(array.name, text);
         } else if (array.tuples == 1 && vtp::scalar_type(array.type)) {
             metadata.numbers.emplace_back(array.name, vtp::read_values(document, array, 1).front());

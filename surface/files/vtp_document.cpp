@@ -13,7 +13,7 @@ constexpr std::pair<std::string_view, Section> kSectionNames[] = {
     {"FieldData", kFieldData}, {"PointData", kPointData}, {"CellData", kCellData}, {"Points", kPoints},
     {"Verts", kVerts},         {"Lines", kLines},         {"Strips", kStrips},     {"Polys", kPolys}};
 
-/// What the expat callbacks share. They note a problem instead of throwing: expat is C.
+/// State shared by the expat callbacks, which record a problem instead of throwing, as expat is C.
 struct Scanner {
     Document document;
     XML_Parser parser = nullptr;
@@ -96,7 +96,7 @@ void XMLCALL on_start(void* user, const char* element, const char** attributes) 
     } else if (name == "AppendedData") {
         s.document.appended_base64 = attribute(attributes, "encoding") == "base64";
         s.appended_at = XML_GetCurrentByteIndex(s.parser);
-        // What follows may be raw bytes, which are no XML.
+        // Appended data may be raw bytes, which are no XML: stop parsing here.
         XML_StopParser(s.parser, XML_FALSE);
     }
     for (const auto& [section_name, section] : kSectionNames)
@@ -116,7 +116,7 @@ void XMLCALL on_text(void* user, const char* text, int length) {
     if (s.open_array) s.open_array->text.append(text, static_cast<std::size_t>(length));
 }
 
-/// Bytes of one array, raw or from base64 text; several base64 streams may follow one another.
+/// Reads the bytes of one array, raw or from base64 text; several base64 streams may follow one another.
 class ByteSource {
   public:
     ByteSource(std::string_view data, bool base64) : data_(data), base64_(base64) {}
@@ -151,7 +151,7 @@ class ByteSource {
         return c == '/' ? 63 : -1;
     }
 
-    /// Four characters, white space apart, to three bytes; fewer where padded.
+    /// Decodes four characters, skipping white space, to three bytes, or fewer where padded.
     bool decode_group() {
         std::uint32_t bits = 0;
         int count = 0, padding = 0;
@@ -176,7 +176,7 @@ class ByteSource {
     std::string carry_;
 };
 
-/// One array being decoded: its file and name go into every message.
+/// Decodes one array; messages name the file and the array.
 struct Decoder {
     const Document& document;
     const DataArray& array;
@@ -212,7 +212,7 @@ struct Decoder {
         const std::uint64_t count = header_word(header.data()), block = header_word(header.data() + word),
                             last = header_word(header.data() + 2 * word);
         if (count > source.available() / word || !source.read(count * word, sizes)) fail("is cut off");
-        // zlib inflates at most 1032-fold: a larger claim is refused before memory is taken for it.
+        // zlib inflates at most 1032-fold: larger claims are refused before memory is allocated for them.
         if (block > 0 && count > (expected + block - 1) / block + 1) fail("has a wrong number of blocks");
         if (expected / 1100 > source.available() + 64) fail("is cut off");
         if (last > block || (block == 0 && count > 0)) fail("has wrong block sizes");
@@ -300,7 +300,7 @@ std::vector<double> read_values(const Document& document, const DataArray& array
     const auto type = scalar_type(array.type);
     if (!type) decoder.fail(fmt::format("has the type '{}', which is no number", array.type));
     if (count == 0) return {};
-    // No file is that large; keeps the products below from overflowing.
+    // No file holds that many values; the limit keeps the products below from overflowing.
     if (count > std::uint64_t{1} << 40) decoder.fail(fmt::format("should have {} values", count));
     if (array.format == "ascii") return decoder.ascii(count);
     document.budget.take_doubles(static_cast<double>(count));

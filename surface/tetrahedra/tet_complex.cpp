@@ -62,7 +62,7 @@ double TetComplex::cosine_around(std::uint32_t v) const {
     return widest;
 }
 
-// A face of one tetrahedron alone lies on a side, or on the boundary to what is not meshed.
+// Adds `outside` if a face has one tetrahedron only but is on no side: beyond it nothing is meshed.
 void TetComplex::add_outside(Place& place, std::vector<std::array<std::uint32_t, 3>>& faces) const {
     std::sort(faces.begin(), faces.end());
     for (std::size_t i = 0, j = 0; i < faces.size(); i = j) {
@@ -124,7 +124,7 @@ std::uint32_t TetComplex::split(std::uint32_t a, std::uint32_t b, const Vec3& p)
 bool TetComplex::may_collapse(std::uint32_t from, std::uint32_t to) const {
     const Place of_edge = place(from, to);
     if (of_edge != place(from)) return false;
-    // Vertices next to both ends must be those at the edge: else something would be pinched.
+    // Link condition: a vertex next to both ends must be in a tetrahedron at the edge, or the merge pinches.
     const auto others = [&](const std::vector<std::uint32_t>& tets) {
         std::vector<std::uint32_t> list;
         for (const std::uint32_t t : tets)

@@ -9,20 +9,20 @@
 namespace sidewall::surface {
 namespace {
 
-// The point of an edge on the front, as a share of the way from its first end.
+// Where an edge crosses the front: at a + share (b - a).
 struct Cut {
     std::uint32_t a = 0, b = 0;
     double share = 0.0;
 };
 
-constexpr double kSnap = 0.3;    // of an edge: a vertex this near to a cut moves there
-constexpr double kTouch = 0.12;  // of an edge: a vertex that cannot move counts as on a front this near
-// Cosine of 8 degrees: no vertex moves or is added where that leaves a smaller angle.
+constexpr double kSnap = 0.3;    // share of an edge: a vertex this near to a crossing moves there
+constexpr double kTouch = 0.12;  // share of an edge: this near, one that cannot move counts as on it
+// Cosine of 8 degrees, the smallest dihedral angle that moving or adding a vertex may leave.
 constexpr double kWorst = 0.9902681;
 
 using Edge = std::array<std::uint32_t, 2>;
 
-// Adds a tetrahedron's edges (a, b) for which \p takes(a, b), lower vertex first.
+// Adds those edges of a tetrahedron for which \p takes(a, b) is true, lower vertex first.
 template <class Takes>
 void add_edges(const Tetrahedron& c, std::vector<Edge>& edges, Takes&& takes) {
     for (std::size_t i = 0; i < 4; ++i)
@@ -66,13 +66,13 @@ class Cutter {
     const Front& front_;
     const int k_;
     const TetOptions& options_;
-    std::vector<std::uint32_t> active_;  // tetrahedra
-    std::vector<double> s_;              // by vertex: distance to the front, 0 on it
-    std::vector<double> lift_;  // by vertex: how much of it a film on the surface must have to be one
+    std::vector<std::uint32_t> active_;  // tetrahedra of region k + 1
+    std::vector<double> s_;              // by vertex: signed distance to the front less lift_; 0 on it
+    std::vector<double> lift_;           // by vertex: thickness up to which a film counts as none
     std::vector<Cut> cuts_;
 };
 
-// The tetrahedra to be cut, their vertices' distances.
+// Finds the tetrahedra of region k + 1 and the signed distances of their vertices.
 void Cutter::collect() {
     for (std::uint32_t t = 0; t < mesh_.tet.size(); ++t)
         if (mesh_.alive(t) && mesh_.region[t] == k_ + 1) active_.push_back(t);
@@ -88,7 +88,7 @@ void Cutter::collect() {
         }
     tbb::parallel_for(std::size_t{0}, vertices.size(), [&](std::size_t i) {
         const std::uint32_t v = vertices[i];
-        // On fronts that were cut before, bodies whose boundary is the same there lie a rounding apart.
+        // Where bodies share a boundary, rounding separates the fronts: a film up to `thin` counts as none.
         if (mesh_.place(v).regions.size() > 1) lift_[v] = options_.thin;
         s_[v] = front_(mesh_.point[v]).distance - lift_[v];
     });
@@ -98,7 +98,7 @@ double Cutter::root(std::uint32_t a, std::uint32_t b) const {
     double low = 0.0, high = 1.0, f_low = s_[a], f_high = s_[b], share = 0.5;
     const double enough = 1e-4 * std::abs(f_low - f_high);
     for (int i = 0; i < 20; ++i) {
-        // Regula falsi with bisection every third time: distances are nearly linear.
+        // Regula falsi, and bisection every third time: distances are nearly linear.
         share = i % 3 == 2 ? 0.5 * (low + high) : low + (high - low) * f_low / (f_low - f_high);
         const Vec3 p = mesh_.point[a] + share * (mesh_.point[b] - mesh_.point[a]);
         const double f = front_(p).distance - ((1.0 - share) * lift_[a] + share * lift_[b]);
@@ -127,6 +127,7 @@ void Cutter::find_cuts() {
     });
 }
 
+// Moves a vertex to its nearest crossing that angles allow; returns whether it counts as on the front then.
 bool Cutter::moves(std::uint32_t v, const std::vector<std::uint32_t>& cuts) {
     const Place here = mesh_.place(v);
     const bool free = here.freedom() == 3;
@@ -134,7 +135,7 @@ bool Cutter::moves(std::uint32_t v, const std::vector<std::uint32_t>& cuts) {
     bool touches = false;
     for (const std::uint32_t c : cuts) {
         const Cut& cut = cuts_[c];
-        if (s_[cut.a] * s_[cut.b] >= 0.0) continue;  // its other end is on the front meanwhile
+        if (s_[cut.a] * s_[cut.b] >= 0.0) continue;  // its other end was moved onto the front
         const std::uint32_t to = cut.a == v ? cut.b : cut.a;
         const double share = cut.a == v ? cut.share : 1.0 - cut.share;
         if (share > kSnap) continue;
@@ -171,7 +172,7 @@ void Cutter::snap() {
 void Cutter::split() {
     for (const Cut& cut : cuts_) {
         if (s_[cut.a] * s_[cut.b] >= 0.0) continue;
-        // An end may have moved along another edge.
+        // An end may have moved along another edge since the crossing was found.
         const double share = root(cut.a, cut.b);
         mesh_.split(cut.a, cut.b, mesh_.point[cut.a] + share * (mesh_.point[cut.b] - mesh_.point[cut.a]));
         s_.push_back(0.0);
@@ -198,8 +199,8 @@ bool Cutter::bulges(std::uint32_t a, std::uint32_t b) const {
     return std::abs(front_(middle).distance) > 0.5 * options_.tolerance;
 }
 
-// The point where the planes through the front near both ends meet, nearest to the middle; or the front's
-// point nearest to it.
+// Crease point of an edge: where the front's tangent planes near both ends meet, nearest to the edge's
+// middle. If they are nearly parallel or meet far from edge or front, the middle moved onto the front.
 Vec3 Cutter::crease_point(std::uint32_t a, std::uint32_t b) const {
     const Vec3 &pa = mesh_.point[a], &pb = mesh_.point[b], middle = 0.5 * (pa + pb);
     const auto sides = static_cast<unsigned>(mesh_.side[a] & mesh_.side[b]);
@@ -231,7 +232,7 @@ bool Cutter::may_split(std::uint32_t a, std::uint32_t b, const Vec3& p) const {
     return true;
 }
 
-// Edges on the front that cut off a corner of it are divided at the corner.
+// Splits edges that cut off a crease of the front, at the crease.
 void Cutter::sharpen() {
     std::vector<Edge> edges;
     for (std::uint32_t t = 0; t < mesh_.tet.size(); ++t)

@@ -6,7 +6,7 @@
 
 namespace sidewall::surface {
 
-/// Cuts a front into the tetrahedra of region k + 1: those inside it become region k.
+/// Cuts front \p k into the tetrahedra of region k + 1: those inside it become region k.
 void cut_front(TetComplex& mesh, std::span<const Front> fronts, int k, const TetOptions& options);
 
 }  // namespace sidewall::surface

@@ -8,11 +8,11 @@
 namespace sidewall::surface {
 namespace {
 
-constexpr std::size_t kMost = 7;  // vertices around an edge
-constexpr double kGain = 1e-6;    // of a cosine: less is no improvement
+constexpr std::size_t kMost = 7;  // most vertices around an edge that is removed
+constexpr double kGain = 1e-6;    // least gain of a cosine that counts
 
-/// The vertices around an edge in order, so that (a, b, ring[i], ring[i + 1]) are its tetrahedra; empty unless they
-/// close a ring.
+/// The vertices around an edge in order, so that its tetrahedra are (a, b, ring[i], ring[i + 1]); empty
+/// unless they form a closed ring.
 std::vector<std::uint32_t> ring_of(const TetComplex& mesh, std::uint32_t a, std::uint32_t b,
                                    const std::vector<std::uint32_t>& tets) {
     std::vector<std::array<std::uint32_t, 2>> pairs;
@@ -43,9 +43,9 @@ bool same_region(const TetComplex& mesh, const std::vector<std::uint32_t>& tets)
                        [&](std::uint32_t t) { return mesh.region[t] == mesh.region[tets[0]]; });
 }
 
-// Removes an edge within a region by connecting the vertices around it otherwise (Shewchuk, "Two discrete
-// optimization algorithms for the topological improvement of tetrahedral meshes", 2002), if that widens the
-// smallest angle.
+// Removes an edge inside a region by triangulating the ring of vertices around it (Shewchuk, "Two discrete
+// optimization algorithms for the topological improvement of tetrahedral meshes", 2002), if that increases
+// the smallest dihedral angle.
 bool remove_edge(TetComplex& mesh, std::uint32_t a, std::uint32_t b) {
     const std::vector<std::uint32_t> old = mesh.at_edge(a, b);
     if (old.size() < 3 || old.size() > kMost || !same_region(mesh, old)) return false;
@@ -53,7 +53,7 @@ bool remove_edge(TetComplex& mesh, std::uint32_t a, std::uint32_t b) {
     if (ring.empty()) return false;
     double before = -1.0;
     for (const std::uint32_t t : old) before = std::max(before, mesh.cosine(t));
-    // The best triangulation of the ring between i and j (Klincsek, 1980), each triangle with a and with b.
+    // Optimal triangulation of the ring from i to j (Klincsek, 1980); each triangle is joined to a and to b.
     const std::size_t n = ring.size();
     std::array<std::array<double, kMost>, kMost> widest{};
     std::array<std::array<std::size_t, kMost>, kMost> apex{};
@@ -83,7 +83,7 @@ bool remove_edge(TetComplex& mesh, std::uint32_t a, std::uint32_t b) {
         open.push_back({i, k});
         open.push_back({k, j});
     }
-    // An edge that is there already, elsewhere, would be there twice.
+    // A new edge must not exist elsewhere in the mesh already.
     for (const Tetrahedron& t : by)
         for (const auto& [p, q] : {std::array{t[0], t[1]}, {t[1], t[2]}, {t[0], t[2]}}) {
             const auto at_p = std::find(ring.begin(), ring.end(), p) - ring.begin(),
@@ -95,8 +95,8 @@ bool remove_edge(TetComplex& mesh, std::uint32_t a, std::uint32_t b) {
     return true;
 }
 
-// Puts an edge in the place of the face opposite to a corner, if both its tetrahedra are of a region and that
-// widens the smallest angle.
+// Replaces the face opposite to a corner by an edge (2-3 flip), if both its tetrahedra are in one region and
+// that increases the smallest dihedral angle.
 bool remove_face(TetComplex& mesh, std::uint32_t t, std::uint32_t corner) {
     std::array<std::uint32_t, 3> face{};
     std::size_t n = 0;
@@ -114,7 +114,7 @@ bool remove_face(TetComplex& mesh, std::uint32_t t, std::uint32_t corner) {
         std::array<Tetrahedron, 3> by{};
         for (std::size_t k = 0; k < 3; ++k) {
             by[k] = {face[k], face[(k + 1) % 3], far, corner};
-            // The edge must pass through the face: else one of the three lies the other way round.
+            // The edge must pass through the face, or one of the three would be inverted.
             if (!(mesh.volume(by[k]) > 0.0) || mesh.cosine(by[k]) >= before - kGain) return false;
         }
         const std::array<std::uint32_t, 2> old{t, other};
@@ -124,8 +124,8 @@ bool remove_face(TetComplex& mesh, std::uint32_t t, std::uint32_t corner) {
     return false;
 }
 
-constexpr double kLeastGain = 1e-6;  // of a cosine: less is no improvement
-constexpr double kRequired = 0.6;    // of the angle aimed at: less is repaired by all means
+constexpr double kLeastGain = 1e-6;  // least gain of a cosine that counts
+constexpr double kRequired = 0.6;    // share of the target angle: smaller angles get forced passes
 
 double cosine_of_deg(double degrees) {
     return std::cos(degrees * std::numbers::pi / 180.0);
@@ -152,12 +152,12 @@ class Improver {
     TetComplex& mesh_;
     std::span<const Front> fronts_;
     const TetOptions& options_;
-    // What is within the slack may also change the fronts' connections, and vertices on lines between fronts
+    // Forced passes: merges within the slack may change the fronts' topology, and vertices on contact lines
     // may move by the tolerance.
     bool forced_ = false;
 };
 
-// Whether the faces between regions around a vertex still pass it within the slack once it is merged.
+// Whether the interface around \p from still passes it within \p slack once it is merged into \p to.
 bool Improver::keeps_fronts(std::uint32_t from, std::uint32_t to, double slack) const {
     struct Face {
         std::array<std::uint32_t, 2> rest;
@@ -216,7 +216,7 @@ bool Improver::merge(std::uint32_t t, double slack) {
     return false;
 }
 
-// The nearest point of a vertex's side and front; nothing where it had better stay.
+// Projects a point onto the side and the front of a place; nothing where the two are nearly parallel.
 std::optional<Vec3> Improver::on_place(const Place& place, const Vec3& p) const {
     if (place.regions.size() == 1) return p;
     const int high = place.regions[1];
@@ -234,6 +234,7 @@ std::optional<Vec3> Improver::on_place(const Place& place, const Vec3& p) const 
     return q;
 }
 
+// Moves a vertex by pattern search along the axes to increase the smallest dihedral angle around it.
 bool Improver::move(std::uint32_t v) {
     const Place place = mesh_.place(v);
     const bool on_line = place.regions.size() > 2;
@@ -282,7 +283,8 @@ bool Improver::flip(std::uint32_t t) {
     return false;
 }
 
-// A flat tetrahedron between two regions goes over to the other one, where flips remove it.
+// Assigns a flat tetrahedron at an interface to the region beyond, if a flip removes it there. Deletes it if
+// nothing is meshed beyond.
 bool Improver::hand_over(std::uint32_t t, double slack) {
     const Tetrahedron c = mesh_.tet[t];
     double largest = 0.0;
@@ -292,7 +294,7 @@ bool Improver::hand_over(std::uint32_t t, double slack) {
         largest = std::max(largest, 0.5 * (b - a).cross(d - a).norm());
     }
     if (!(3.0 * std::abs(mesh_.volume(c)) <= 2.0 * slack * largest)) return false;
-    // By face, opposite to corner k: the region beyond; -1 on a side.
+    // Per face, opposite to corner k: the region beyond; -1 on a side of the box.
     std::array<int, 4> beyond{};
     for (std::size_t k = 0; k < 4; ++k) {
         const std::uint32_t a = c[(k + 1) % 4], b = c[(k + 2) % 4], d = c[(k + 3) % 4];
@@ -314,7 +316,7 @@ bool Improver::hand_over(std::uint32_t t, double slack) {
     return false;
 }
 
-// A new vertex on an edge, moved to where it helps.
+// Splits an edge and moves the new vertex, if that increases the smallest dihedral angle.
 bool Improver::insert(std::uint32_t t) {
     const Tetrahedron c = mesh_.tet[t];
     const double before = mesh_.cosine(t);
@@ -354,7 +356,7 @@ void Improver::run() {
     for (int i = 0; i < 8; ++i) {
         if (pass(target, options_.tolerance) == 0) break;
     }
-    // What is left is at places where fronts meet at small angles or nearly touch.
+    // Small angles remain where fronts meet at such or nearly touch: forced passes with growing slack.
     const double required = cosine_of_deg(kRequired * options_.target_deg);
     forced_ = true;
     for (const double slack : {1.0, 1.0, 2.0, 2.0, 4.0, 4.0}) pass(required, slack * options_.tolerance);

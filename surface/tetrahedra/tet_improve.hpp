@@ -6,7 +6,7 @@
 
 namespace sidewall::surface {
 
-/// Widens angles below the target.
+/// Increases dihedral angles below TetOptions::target_deg by merges, moves, flips and added vertices.
 void improve(TetComplex& mesh, std::span<const Front> fronts, const TetOptions& options);
 
 }  // namespace sidewall::surface

@@ -15,7 +15,7 @@
 namespace sidewall::surface {
 namespace {
 
-// Numbers of cells, -1 for none, and the names that they stand for beside them.
+// Writes a number per cell, -1 for none, and a second array with the names that the numbers stand for.
 void append_named(VtkWriter& writer, const std::string& name, const std::vector<int>& cells,
                   const std::vector<std::string>& names) {
     std::string numbers, texts;
@@ -30,7 +30,7 @@ void append_named(VtkWriter& writer, const std::string& name, const std::vector<
 
 template <class Cells, class Borders>
 void append_cells(VtkWriter& writer, const Cells& cells, const Borders& borders) {
-    constexpr std::array<std::uint8_t, 5> kTypes{0, 0, 3, 5, 10};  // VTK's numbers by corners
+    constexpr std::array<std::uint8_t, 5> kTypes{0, 0, 3, 5, 10};  // VTK's cell types by number of corners
     std::string connectivity, offsets, types;
     std::int64_t end = 0;
     const auto add = [&](const auto& corners) {
@@ -93,7 +93,7 @@ std::string msh_of(const Mesh& mesh, const Cells& cells, const Borders& borders)
     fmt::format_to(out, "$EndNodes\n$Elements\n{}\n", borders.size() + cells.size());
     std::size_t number = 0;
     const auto add = [&](const auto& corners, std::size_t of_group) {
-        constexpr std::array<int, 5> kTypes{0, 0, 1, 2, 4};  // Gmsh's numbers by corners
+        constexpr std::array<int, 5> kTypes{0, 0, 1, 2, 4};  // Gmsh's element types by corners
         fmt::format_to(out, "{0} {1} 2 {2} {2}", ++number, kTypes[corners.size()], of_group);
         for (const std::uint32_t v : corners) fmt::format_to(out, " {}", v + 1);
         text += '\n';

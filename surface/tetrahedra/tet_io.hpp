@@ -8,18 +8,18 @@ namespace sidewall::surface {
 
 /// Writes tetrahedra; the extension picks the format. The bytes depend on the arguments alone.
 ///
-/// .vtu: VTK XML UnstructuredGrid, as encode_vtp writes: the tetrahedra, then the triangles. Cells have `region` and
-/// `boundary`, numbers from 0 and -1 for what is none, and the names that these stand for as strings, `region_name` and
-/// `boundary_name`; the lists of names are field data `regions` and `boundaries`.
-/// .msh: Gmsh's format 2.2 in ASCII, numbers to the last bit. Boundaries and regions are physical groups.
+/// .vtu: VTK XML UnstructuredGrid, encoded as by encode_vtp(): the tetrahedra, then the triangles. Cells have
+/// the numbers `region` and `boundary` (from 0; -1 for none) and their names, the strings `region_name` and
+/// `boundary_name`. The field data `regions` and `boundaries` list all names.
+/// .msh: Gmsh's format 2.2 in ASCII, coordinates to the last bit. Boundaries and regions are physical groups.
 /// \throws FileError for another extension, IoError if the disk refuses.
 void write_tets(const std::filesystem::path& path, const TetMesh& mesh, const MeshMetadata& metadata = {});
 
-/// Writes triangles of a plane with their edges, as write_tets does tetrahedra with their faces.
+/// Writes the triangles and edges of a plane mesh in the formats of write_tets().
 /// \throws FileError for another extension, IoError if the disk refuses.
 void write_plane(const std::filesystem::path& path, const PlaneMesh& mesh, const MeshMetadata& metadata = {});
 
-/// A multi-block file, and its blocks as VTP in a folder of its name beside it.
+/// Writes a VTK multi-block file, and its blocks as VTP in a folder of the same name beside it.
 /// \throws IoError if the disk refuses.
 void write_vtm(const std::filesystem::path& path,
                const std::vector<std::pair<std::string, const TriangleMesh*>>& blocks,

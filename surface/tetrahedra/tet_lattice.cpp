@@ -10,8 +10,8 @@
 namespace sidewall::surface {
 namespace {
 
-/// Bisection of tetrahedra whose vertices are ordered as Maubach's: the edge to divide runs from the first to that of
-/// the tetrahedron's tag.
+/// Bisection of tetrahedra after Maubach, whose vertex order it keeps: the edge to be bisected runs from a
+/// tetrahedron's vertex 0 to the one of its tag.
 class Bisection {
   public:
     Bisection(std::span<const Front> fronts, const TetOptions& options);
@@ -27,8 +27,8 @@ class Bisection {
     std::span<const Front> fronts_;
     const TetOptions& options_;
     TetComplex mesh_;
-    std::vector<int> tag_;                 // by tetrahedron
-    std::vector<std::vector<double>> at_;  // by front, then vertex
+    std::vector<int> tag_;                 // Maubach's tag by tetrahedron
+    std::vector<std::vector<double>> at_;  // signed distances by front, then vertex
 };
 
 Bisection::Bisection(std::span<const Front> fronts, const TetOptions& options)
@@ -37,7 +37,7 @@ Bisection::Bisection(std::span<const Front> fronts, const TetOptions& options)
 }
 
 void Bisection::add_cubes() {
-    // Odd numbers of cubes do, too: neighbours are each other's mirror images anyway.
+    // Neighbouring cubes are mirror images, so that odd numbers of cubes conform, too.
     const Vec3 extent = options_.box.size();
     const double coarse = std::min({16.0 * options_.size, extent.x(), extent.y(), extent.z()});
     std::array<std::size_t, 3> n{};
@@ -68,7 +68,7 @@ void Bisection::add_cubes() {
         for (c[1] = 0; c[1] < n[1]; ++c[1])
             for (c[0] = 0; c[0] < n[0]; ++c[0])
                 for (const auto& order : kOrders) {
-                    // From the corner with even numbers to the one with odd ones, an axis at a time.
+                    // Along edges from the corner of even indices to that of odd ones, one axis at a time.
                     std::array<std::size_t, 3> corner{};
                     for (std::size_t a = 0; a < 3; ++a) corner[a] = c[a] + c[a] % 2;
                     Tetrahedron t{index(corner)};
@@ -97,14 +97,14 @@ bool Bisection::wants_division(std::uint32_t t) const {
         for (std::size_t j = i + 1; j < 4; ++j)
             longest = std::max(longest, (mesh_.point[tet[i]] - mesh_.point[tet[j]]).norm());
     if (longest <= options_.least) return false;
-    constexpr double kFilm = 2.0;  // edges as long as this many thicknesses keep their angles
+    constexpr double kFilm = 2.0;  // longest edge in thicknesses of a film: longer ones make small angles
     const Vec3 &a = mesh_.point[tet[0]], &b = mesh_.point[tet[static_cast<std::size_t>(tag_[t])]];
     const Vec3 middle = 0.5 * (a + b);
     Vec3 centroid = Vec3::Zero();
     for (const std::uint32_t v : tet) centroid += 0.25 * mesh_.point[v];
     double nearest = 1e300, least_top = 1e300;
     for (const std::uint32_t v : tet) least_top = std::min(least_top, at_.back()[v]);
-    // What is outside only follows.
+    // An outside that is not meshed is divided only to conform.
     if (!options_.outside && least_top > 0.5 * longest) return false;
     std::array<double, 6> below{};
     bool had_below = false;
@@ -143,7 +143,7 @@ bool Bisection::wants_division(std::uint32_t t) const {
     return longest > options_.size + options_.growth * nearest;
 }
 
-// Every tetrahedron at the edge must have it as the one to divide; those that do not are divided first.
+// Bisects an edge with all tetrahedra at it. Those that are to be bisected at another edge go first.
 void Bisection::divide_edge(std::uint32_t a, std::uint32_t b) {
     for (bool ready = false; !ready;) {
         ready = true;
@@ -191,7 +191,7 @@ TetComplex Bisection::run() {
             throw TooManyTetrahedra("more than {} tetrahedra are needed: choose a larger size",
                                     options_.most);
     }
-    // From here on all are oriented.
+    // Maubach's order does not keep orientation: make all volumes positive.
     for (std::uint32_t t = 0; t < mesh_.tet.size(); ++t) {
         if (!mesh_.alive(t)) continue;
         Tetrahedron& x = mesh_.tet[t];

@@ -6,7 +6,7 @@
 
 namespace sidewall::surface {
 
-/// Tetrahedra of the box, all of the region \p outside, fine where fronts are.
+/// Tetrahedra that fill the box, fine near fronts, all in the region TetComplex::outside.
 TetComplex bisected_box(std::span<const Front> fronts, const TetOptions& options);
 
 }  // namespace sidewall::surface

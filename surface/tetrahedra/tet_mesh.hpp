@@ -24,38 +24,38 @@ struct TetMesh {
     std::vector<std::string> boundaries;  ///< names by boundary
 };
 
-/// Triangles of a plane, in which x and y lie, and the edges between their regions and on their outside.
+/// Triangles in the plane of x and y, and the edges between their regions and on their outside.
 struct PlaneMesh {
     std::vector<Vec3> vertices;
     std::vector<Triangle> triangles;
     std::vector<int> region;                          ///< by triangle
     std::vector<std::string> regions;                 ///< names by region
-    std::vector<std::array<std::uint32_t, 2>> edges;  ///< of the triangles
+    std::vector<std::array<std::uint32_t, 2>> edges;  ///< edges of the triangles
     std::vector<int> boundary;                        ///< by edge
     std::vector<std::string> boundaries;              ///< names by boundary
 };
 
-/// Positive if \p d lies on the side to which the normal of a, b, c points.
+/// Signed volume of a tetrahedron, positive if \p d lies on the side to which the normal of a, b, c points.
 double tet_volume(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
 
-/// Cosine of the smallest angle between two faces of a tetrahedron; 2 unless its volume is positive.
+/// Cosine of the smallest dihedral angle of a tetrahedron; 2 unless its volume is positive.
 double widest_cosine(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
 
-/// A face of a tetrahedron, out of it.
+/// A face of a tetrahedron; the normal of `corners` points out of it.
 struct TetFace {
     Triangle sorted, corners;
-    int region;  ///< of the tetrahedron
+    int region;  ///< region of the tetrahedron
 };
 
-/// The faces of all tetrahedra of a region that is not negative, by their sorted corners, then by region: the two of
-/// neighbours follow each other.
+/// Faces of all tetrahedra whose region is not negative, sorted by `sorted`, then by region: the two copies
+/// of a face between neighbours are adjacent.
 std::vector<TetFace> sorted_faces(const std::vector<Tetrahedron>& tetrahedra,
                                   const std::function<int(std::uint32_t)>& region_of);
 
-/// What a mesh for simulations is judged by.
+/// Quality of a tetrahedral mesh.
 struct TetQuality {
     std::size_t inverted = 0;         ///< tetrahedra without a positive volume
-    double least_dihedral_deg = 0.0;  ///< smallest angle between two faces of one
+    double least_dihedral_deg = 0.0;  ///< smallest dihedral angle of all
     double mean_least_dihedral_deg = 0.0;
     double longest_edge = 0.0, shortest_edge = 0.0;
     std::vector<double> volume;      ///< by region

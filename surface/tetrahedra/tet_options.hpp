@@ -9,31 +9,31 @@
 
 namespace sidewall::surface {
 
-/// The signed distance to the boundary of a body at a world point within the box, negative inside. Called from many
-/// threads.
+/// Signed distance to the boundary of a body at a world point within the box, negative inside. Is called from
+/// several threads at a time.
 using Front = std::function<DistanceSample(const Vec3&)>;
 
-/// More tetrahedra are needed than the options allow.
+/// Thrown if more tetrahedra are needed than the options allow.
 struct TooManyTetrahedra : NumericsError {
     using NumericsError::NumericsError;
 };
 
-/// How fine tetrahedra are. Lengths are in world units.
+/// Options of tetrahedralize(). Lengths are in world units.
 struct TetOptions {
-    Box3 box;                    ///< that they fill
-    double size = 0.0;           ///< longest edge at fronts
+    Box3 box;                    ///< filled by the tetrahedra
+    double size = 0.0;           ///< longest edge near fronts
     double least = 0.0;          ///< no edge shorter than this is divided
-    double tolerance = 0.0;      ///< how far a front may bulge over an edge that is longer than \p least
-    double thin = 0.0;           ///< less than this between two fronts is nothing
-    double growth = 0.5;         ///< of edges, by distance from the fronts
-    double target_deg = 12.0;    ///< angles between faces that are improved if they are smaller
-    bool outside = false;        ///< mesh what is in no body, too
-    std::vector<int> material;   ///< by region, the outside's too if it is meshed
-    std::vector<double> volume;  ///< by material, as the mesh is to have it; empty: as it comes
-    double shift = 0.0;          ///< how far a vertex of a front may move for that
-    double scrap = 0.0;          ///< vertices of a material of at most this volume may move four times as far
-    std::size_t most = 0;        ///< tetrahedra; more are refused; 0: any number
-    std::function<void(double)> progress;  ///< gets the share done
+    double tolerance = 0.0;      ///< largest distance of a front from edges longer than `least`
+    double thin = 0.0;           ///< films thinner than this are left out
+    double growth = 0.5;         ///< growth of the longest edge per distance from fronts
+    double target_deg = 12.0;    ///< dihedral angles below this are improved
+    bool outside = false;        ///< also mesh the space outside all bodies
+    std::vector<int> material;   ///< material of each region, also of a meshed outside
+    std::vector<double> volume;  ///< to be matched, by material; empty: none is
+    double shift = 0.0;          ///< largest move of a vertex for matching volumes
+    double scrap = 0.0;    ///< a material of at most this volume may move its vertices four times as far
+    std::size_t most = 0;  ///< number of tetrahedra allowed; 0: any
+    std::function<void(double)> progress;  ///< receives the share done, 0 to 1
 };
 
 }  // namespace sidewall::surface

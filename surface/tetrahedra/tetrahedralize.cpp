@@ -14,14 +14,14 @@ namespace {
 
 // Cosine of 8 degrees: no vertex moves where that leaves a smaller angle, unless one was smaller before.
 constexpr double kLeastAngle = 0.9902681;
-constexpr double kVolumeHolds = 1e-4;  // of a material's volume
+constexpr double kVolumeHolds = 1e-4;  // largest error of a material's volume, relative
 constexpr int kMostOffsets = 20;
-// Scraps have few vertices off contact lines: where they lack volume, these go farther.
+// Largest moves over TetOptions::shift; above 1 for scraps: few of their vertices are off contact lines.
 constexpr double kReaches[] = {1.0, 2.0, 4.0};
 
 constexpr int kNoPair = -1, kSeveralPairs = -2;
 
-/// A face between two materials, its normal out of the lower one; the outside that is not meshed is the last.
+/// A face between two materials, its normal out of the lower one; an outside that is not meshed is highest.
 struct Facet {
     Triangle corners;
     int low, high;
@@ -60,7 +60,7 @@ class VolumeMatcher {
                 if (pair[0] == kNoPair)
                     pair = {facet.low, facet.high};
                 else if (pair != std::array{facet.low, facet.high})
-                    pair = {kSeveralPairs, kSeveralPairs};  // contact lines stay
+                    pair = {kSeveralPairs, kSeveralPairs};  // contact lines are not moved
             }
     }
     void run() {
@@ -89,16 +89,16 @@ class VolumeMatcher {
     TetComplex& mesh_;
     const TetOptions& options_;
     const int unmeshed_;
-    const std::size_t fixed_;  // the material, or the outside, that what the others gain is taken from
+    const std::size_t fixed_;  // the material, or the outside, that gives what the others gain
     const std::vector<Facet> facets_;
     std::vector<std::array<int, 2>> between_;  // by vertex: the two materials that meet there
-    std::vector<double> moved_;                // by vertex, so far
-    double most_ = 0.0;                        // that any vertex moves
-    std::vector<std::uint32_t> moving_;        // vertices
-    std::vector<double> lacking_;              // by material
+    std::vector<double> moved_;                // by vertex: distance moved so far
+    double most_ = 0.0;                        // largest distance of any vertex from its start
+    std::vector<std::uint32_t> moving_;        // vertices that may still move
+    std::vector<double> lacking_;              // by material: volume still missing
 };
 
-// Whether every material has its volume.
+// Updates lacking_; returns whether every material has its volume.
 bool VolumeMatcher::hold() {
     lacking_ = options_.volume;
     for (std::uint32_t t = 0; t < mesh_.tet.size(); ++t) {
@@ -120,7 +120,7 @@ bool VolumeMatcher::is_lacking_scrap(int material) const {
     return lacks(material) && std::abs(options_.volume[static_cast<std::size_t>(material)]) <= options_.scrap;
 }
 
-// All vertices may move, or farther than before those of scraps that still lack volume.
+// Chooses the vertices that may move: all at the first limit, then those of scraps that still lack volume.
 void VolumeMatcher::start() {
     moving_.clear();
     for (std::uint32_t v = 0; v < between_.size(); ++v) {
@@ -130,7 +130,7 @@ void VolumeMatcher::start() {
     }
 }
 
-// By vertex: what the lower material there gains when it moves, within its side, by a length along each axis.
+// Per vertex: volume gained by the lower material per length moved along each axis; 0 across sides.
 std::vector<Vec3> VolumeMatcher::pushes() const {
     std::vector<Vec3> push(mesh_.point.size(), Vec3::Zero());
     for (const Facet& facet : facets_) {
@@ -144,8 +144,8 @@ std::vector<Vec3> VolumeMatcher::pushes() const {
     return push;
 }
 
-// By material, from whose differences the interfaces' offsets follow: of all that give the volumes, those
-// with the least sum of area times offset squared. Lagrange multipliers of the volumes are such potentials.
+// Potential per material; an interface is offset by the difference of its materials' potentials. These are
+// the Lagrange multipliers of the volumes: the offsets have the least sum of area times offset squared.
 std::vector<double> VolumeMatcher::offsets(const std::vector<Vec3>& push) const {
     const auto n = std::ssize(lacking_), fixed = static_cast<std::ptrdiff_t>(fixed_);
     Eigen::MatrixXd system = Eigen::MatrixXd::Zero(n, n);
@@ -158,7 +158,7 @@ std::vector<double> VolumeMatcher::offsets(const std::vector<Vec3>& push) const 
         system(low, high) -= area;
         system(high, low) -= area;
     }
-    // A material without vertices that may move has no row: its potential is 0.
+    // A material without vertices that may move has an empty row: its potential is 0.
     const Eigen::VectorXd potential =
         system.completeOrthogonalDecomposition().solve(Eigen::VectorXd::Map(lacking_.data(), n));
     std::vector<double> result(potential.begin(), potential.end());
@@ -166,7 +166,8 @@ std::vector<double> VolumeMatcher::offsets(const std::vector<Vec3>& push) const 
     return result;
 }
 
-// Moves a vertex as far along \p way as it may; returns how far.
+// Moves a vertex along \p way by \p by, within its limit, or half of that; returns how far. 0 if box or
+// angles forbid both.
 double VolumeMatcher::move(std::uint32_t v, const Vec3& way, double by) {
     by = std::clamp(by, -most_ - moved_[v], most_ - moved_[v]);
     const Vec3 old = mesh_.point[v];
@@ -202,13 +203,13 @@ bool VolumeMatcher::move_all() {
     return farthest > 1e-6 * options_.shift;
 }
 
-// Moves vertices between two materials along their normals, by at most TetOptions::shift and where that
-// leaves no angle under 8 degrees, until every material has the volume asked for.
+// Moves vertices between two materials along their normals until every material has the volume asked for, by
+// at most TetOptions::shift (scraps: four times that) and where no angle falls below 8 degrees.
 void match_volumes(TetComplex& mesh, const TetOptions& options) {
     VolumeMatcher(mesh, options).run();
 }
 
-/// Living tetrahedra and their vertices, in their order.
+/// The tetrahedra that were not removed and their vertices, in order.
 TetMesh compact(const TetComplex& mesh, std::size_t regions) {
     TetMesh result;
     std::vector<std::uint32_t> number(mesh.point.size(), TetComplex::kNone);
@@ -244,7 +245,7 @@ TetMesh tetrahedralize(std::span<const Front> fronts, const TetOptions& options)
         if (k + 1 == outside && !options.outside)
             for (std::uint32_t t = 0; t < mesh.tet.size(); ++t)
                 if (mesh.alive(t) && mesh.region[t] == outside) mesh.remove_tet(t);
-        improve(mesh, fronts, options);  // the next front cuts better ones better
+        improve(mesh, fronts, options);  // good angles help the next cut
         progress(outside - k);
     }
     if (!options.volume.empty()) match_volumes(mesh, options);

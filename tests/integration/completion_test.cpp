@@ -143,9 +143,9 @@ TEST_CASE("after --set the keys of the recipe named before it are offered, and t
     CHECK(candidates("check " + kRecipe + " --set step[0].steps[1].chemistry=bosch_e") ==
           std::set<std::string>{"step[0].steps[1].chemistry=bosch_etch"});
     CHECK(printed("completion fish -- check " + kRecipe + " --set metrology.mask") ==
-          "metrology.mask_bottom=\tz below which undercut is measured (length)\n");
+          "metrology.mask_bottom=\tz of the mask's underside, below which undercut is measured (length)\n");
     CHECK(printed("completion zsh -- check " + kRecipe + " --set metrology.mask") ==
-          "metrology.mask_bottom=:z below which undercut is measured (length)\n");
+          "metrology.mask_bottom=:z of the mask's underside, below which undercut is measured (length)\n");
 }
 
 TEST_CASE("bash completes what its function is asked for, words taken apart at = as bash does") {

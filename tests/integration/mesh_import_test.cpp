@@ -104,8 +104,7 @@ TEST_CASE(
                         corner = run_wafer(block(2.2, 1), text, figure);
         CHECK(corner.figure == Approx(middle.figure).epsilon(1e-6));
         CHECK(middle.outcome.output.find("note") == std::string::npos);
-        CHECK_THAT(corner.outcome.output,
-                   Contains("layer[1].file: 1 of its bodies reach over periodic sides"));
+        CHECK_THAT(corner.outcome.output, Contains("layer[1].file: 1 of its bodies cross periodic sides"));
     }
 }
 

@@ -6,7 +6,7 @@
 namespace sidewall::app {
 namespace {
 
-// The reactions of one coverage, by wedge: d/dt = source - decay theta near the value it has.
+// Linearised reaction of one coverage, by wedge: d theta/dt = source - decay theta near its present value.
 struct Reaction {
     std::vector<double> source, decay;
 };
@@ -14,7 +14,7 @@ struct Reaction {
 // \param takes_part  by wedge.
 Reaction reaction_of(const Model& model, std::size_t k, const SurfaceFlux& arriving,
                      const WedgePoints& points, const std::vector<std::uint8_t>& takes_part) {
-    constexpr double kDifference = 1e-6;  // of a coverage, for its derivative
+    constexpr double kDifference = 1e-6;  // increment of a coverage for the numerical derivative
     const std::size_t count = points.materials.size();
     Reaction reaction{std::vector<double>(count), std::vector<double>(count)};
     each_wedge(arriving, points, [&](std::size_t w, const SurfacePoint& point) {
@@ -27,14 +27,14 @@ Reaction reaction_of(const Model& model, std::size_t k, const SurfaceFlux& arriv
         SurfacePoint moved = point;
         moved.coverage = theta;
         const double slope = (model.coverages.rate(k, moved) - rate) / (theta[k] - before);
-        // Growth that feeds on itself is followed forwards.
+        // A rate that rises with the coverage (self-amplifying) is kept explicit.
         reaction.decay[w] = std::max(0.0, -slope);
         reaction.source[w] = rate + reaction.decay[w] * before;
     });
     return reaction;
 }
 
-// Means over the nodes' wedges, by area.
+// Means of values by wedge over the nodes' wedges, weighted by area.
 struct NodeMeans {
     const DiffusionElements& elements;
     const flux::Wedges& wedges;
@@ -50,7 +50,7 @@ struct NodeMeans {
     std::vector<double> operator()(const std::vector<double>& values) const {
         std::vector<double> sum(elements.area.size(), 0.0), weight(elements.area.size(), 0.0);
         each([&](std::uint32_t w, std::uint32_t node, double share) {
-            // A wedge without area counts where no other does.
+            // A wedge without area counts only if the node has no other.
             const double part = share * std::max(wedges.area[w], 1e-300);
             sum[node] += part * values[w];
             weight[node] += part;
@@ -61,11 +61,11 @@ struct NodeMeans {
     }
 };
 
-// Lets the coverages that diffuse react and spread along the traced surface together: backward Euler in time,
-// reactions linear in the coverage (Rosenbrock's first stage), so that long time steps lead to the steady
-// state of both; finite elements on the traced triangles. What diffuses passes creases and sides that are
-// periodic, not reflective ones nor the edge of a material that it does not diffuse on.
-// \param after  by coverage and wedge: what reactions alone make of them; replaced where they diffuse.
+// Lets the diffusing coverages react and spread along the traced surface together: finite elements on its
+// triangles, backward Euler in time, reactions linearised (first stage of a Rosenbrock method), so that long
+// time steps reach the joint steady state. Diffusion crosses creases and periodic sides, but not reflective
+// sides or the edge of a material with D = 0.
+// \param after  by coverage and wedge: result of reactions alone; replaced for coverages that diffuse.
 void diffuse_coverages(const Model& model, const TracedSurface& surface, const SurfaceFlux& arriving,
                        const WedgePoints& points, double time, std::vector<std::vector<double>>& after) {
     const flux::Wedges& wedges = arriving.wedges;
@@ -75,7 +75,7 @@ void diffuse_coverages(const Model& model, const TracedSurface& surface, const S
             diffusivity[w] = model.coverages.diffusivity(k, point);
         });
         std::vector<double> by_triangle(surface.traced().triangles.size());
-        // Where nothing moves at a point, something may at its neighbours, which share triangles with it.
+        // A wedge with D = 0 takes part if it shares a triangle with one that diffuses.
         std::vector<std::uint8_t> takes_part(wedges.count(), 0);
         for (std::size_t t = 0; t < by_triangle.size(); ++t) {
             const std::uint32_t* corner = &wedges.corner[3 * t];
@@ -95,7 +95,7 @@ void diffuse_coverages(const Model& model, const TracedSurface& surface, const S
     }
 }
 
-// Positions of the wedges; empty unless the model asks.
+// Positions of the wedges; empty unless Model::depends_on_position.
 std::vector<Vec3> wedge_positions(const Model& model, const TriangleMesh& mesh, const flux::Wedges& wedges) {
     std::vector<Vec3> positions(model.depends_on_position ? wedges.count() : 0);
     for (std::size_t c = 0; c < wedges.corner.size() && !positions.empty(); ++c)
@@ -103,7 +103,7 @@ std::vector<Vec3> wedge_positions(const Model& model, const TriangleMesh& mesh, 
     return positions;
 }
 
-// Sticking that the coverages leave, by species and wedge; empty where they decide nothing.
+// Sticking that follows from the coverages, by species and wedge; empty if they do not affect it.
 std::vector<double> sticking_of(const Model& model, const SurfaceFlux& arriving, const WedgePoints& points) {
     std::vector<double> sticking;
     if (!model.sticking) return sticking;
@@ -116,7 +116,7 @@ std::vector<double> sticking_of(const Model& model, const SurfaceFlux& arriving,
     return sticking;
 }
 
-// Sticking and emission of coverages that balance the fluxes given, as leaving_of says.
+// Reduces sticking and emission by what steady coverages exchange with the given fluxes, see leaving_of.
 void balance(const Model& model, const std::vector<std::vector<double>>& flux, std::size_t wedges,
              Leaving& leaving) {
     std::size_t tally = 0;
@@ -196,7 +196,7 @@ std::vector<std::vector<double>> coverages_after(const Model& model, const Trace
     if (model.coverages.diffusing.empty() || !(dt > 0.0)) return next;
     diffuse_coverages(model, surface, arriving, points, dt, next);
     arriving.coverage = std::move(next);
-    return reacted(model, 0.0, arriving, points);  // the steady ones, around those
+    return reacted(model, 0.0, arriving, points);  // steady coverages follow the transient ones
 }
 
 }  // namespace sidewall::app

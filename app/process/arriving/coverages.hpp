@@ -7,19 +7,20 @@
 #include "app/models/model.hpp"
 #include "app/process/arriving/traced_surface.hpp"
 
-// Coverages of the traced surface's wedges, and how they let species stick and desorb.
+// Coverages of the traced surface's wedges, and how species stick and desorb with them.
 namespace sidewall::app {
 
-/// The points at which coverages are known: what stays the same while they settle.
+/// Materials and positions of the wedges, which stay constant while coverages settle.
 struct WedgePoints {
     std::vector<std::int32_t> materials;
-    std::vector<Vec3> positions;  ///< empty unless the model asks
+    std::vector<Vec3> positions;  ///< empty unless Model::depends_on_position
     double time = 0.0;            ///< since the step began
 };
 
 WedgePoints wedge_points(const Model& model, const TracedSurface& surface, const SurfaceFlux& arriving);
 
-/// Calls use(wedge, point) for every wedge in parallel, with its fluxes (none before the first trace) and coverages.
+/// Calls use(wedge, point) for every wedge in parallel, with fluxes (none before the first trace) and
+/// coverages.
 template <class Use>
 void each_wedge(const SurfaceFlux& arriving, const WedgePoints& points, Use&& use) {
     const std::size_t tallies = arriving.flux.size(), coverages = arriving.coverage.size();
@@ -36,34 +37,34 @@ void each_wedge(const SurfaceFlux& arriving, const WedgePoints& points, Use&& us
     });
 }
 
-/// Whether coverages are in steady state with the fluxes.
+/// Whether coverages are in steady state with the fluxes: neither transient nor pulsed.
 bool are_steady(const Coverages& coverages);
 
-/// How species leave the surface, by species and wedge; each list empty where the species say all.
+/// How species leave the surface, by species and wedge. Empty: the species' own sticking; no emission.
 struct Leaving {
     std::vector<double> sticking, emission;
 };
 
-/// Sticking and emission that the coverages of \p arriving leave. In steady state desorption d acts as a lower
-/// effective sticking, s - d/Gamma; only the excess is emitted. So what adsorbs and desorbs many times settles
-/// within one trace, not by repeated ones.
-/// \param before  fluxes Gamma by tally and wedge that keep steady coverages up; empty: they are not steady, or
-///                no flux is known.
+/// Sticking and emission that follow from the coverages of \p arriving. In steady state, desorption d acts as
+/// a lower sticking s - d/Gamma, and only an excess is emitted. So a species that adsorbs and desorbs many
+/// times settles within one trace.
+/// \param before  fluxes Gamma by tally and wedge that balance steady coverages; empty: coverages are not
+///                steady, or no flux is known.
 Leaving leaving_of(const Model& model, const SurfaceFlux& arriving, const WedgePoints& points,
                    const std::vector<std::vector<double>>& before);
 
-/// Sticking that the coverages of \p arriving leave, by species and wedge; empty where they decide nothing.
+/// Sticking with the coverages of \p arriving, by species and wedge; empty if coverages do not affect it.
 std::vector<double> sticking_left(const Model& model, const TracedSurface& surface,
                                   const SurfaceFlux& arriving);
 
-/// Coverages after \p time of the fluxes at hand, one list a name by wedge.
-/// \param flux_before  fluxes that time earlier: those at hand go on as they changed since, up to its middle; empty: they stay.
+/// Coverages after reacting for \p time with the present fluxes, one list a name by wedge.
+/// \param flux_before  fluxes \p time ago, from which fluxes at time/2 are extrapolated; empty: constant.
 std::vector<std::vector<double>> reacted(const Model& model, double time, const SurfaceFlux& arriving,
                                          const WedgePoints& points,
                                          const std::vector<std::vector<double>>& flux_before = {});
 
-/// Coverages at the end of a time step \p dt, one list a name by wedge: transient ones react and spread along
-/// the surface for that long; others are what tracing has found.
+/// Coverages at the end of a time step \p dt, one list a name by wedge. Transient ones react and diffuse
+/// along the surface for that time; others stay as the trace left them.
 /// \pre the surface was traced.
 std::vector<std::vector<double>> coverages_after(const Model& model, const TracedSurface& surface, double dt);
 

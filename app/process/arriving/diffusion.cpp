@@ -15,15 +15,15 @@ namespace {
 
 using Sparse = Eigen::SparseMatrix<double>;
 using Vector = Eigen::VectorXd;
-using Terms = std::vector<std::pair<std::uint32_t, double>>;  // vertices or nodes and their weights
+using Terms = std::vector<std::pair<std::uint32_t, double>>;  // vertices or nodes with weights
 
 constexpr std::uint32_t kNone = 0xffffffffu;
 
-// Rounding of coordinates on a side, as a share of the extent.
+// Tolerance for a coordinate on a side, as a share of the extent.
 constexpr double kOnSide = 1e-6;
 
 bool takes_part(const TriangleMesh& mesh, std::span<const double> diffusivity, std::size_t t) {
-    // A triangle whose area rounding has left passes nothing on.
+    // A triangle whose area is rounding transmits nothing.
     const auto& [a, b, c] = mesh.triangles[t];
     const double longest = std::max({(mesh.vertices[b] - mesh.vertices[a]).squaredNorm(),
                                      (mesh.vertices[c] - mesh.vertices[b]).squaredNorm(),
@@ -31,7 +31,7 @@ bool takes_part(const TriangleMesh& mesh, std::span<const double> diffusivity, s
     return diffusivity[t] > 0.0 && triangle_area(mesh, t) > 1e-12 * longest;
 }
 
-// Edges that one diffusing triangle has.
+// Edges of exactly one diffusing triangle.
 std::vector<std::pair<std::uint32_t, std::uint32_t>> rim(const TriangleMesh& mesh,
                                                          std::span<const double> diffusivity) {
     std::map<std::pair<std::uint32_t, std::uint32_t>, int> count;
@@ -44,7 +44,7 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> rim(const TriangleMesh& mes
     return edges;
 }
 
-// Vertices at max across an axis, each as a point of the edge that lies opposite at min.
+// Expresses each vertex on the max side of an axis by the two ends of the nearest edge on the min side.
 std::map<std::uint32_t, Terms> followers(const TriangleMesh& mesh,
                                          const std::vector<std::pair<std::uint32_t, std::uint32_t>>& edges,
                                          const flux::LateralBox& box, std::size_t axis) {
@@ -73,7 +73,7 @@ std::map<std::uint32_t, Terms> followers(const TriangleMesh& mesh,
             const double t =
                 length2 > 0.0 ? std::clamp((point - mesh.vertices[p]).dot(along) / length2, 0.0, 1.0) : 0.0;
             const double distance2 = (point - mesh.vertices[p] - t * along).squaredNorm();
-            // Farther than an edge's length it is not the same outline.
+            // An edge farther away than its length belongs to another outline.
             if (distance2 > length2 || distance2 >= nearest) continue;
             nearest = distance2;
             terms.clear();
@@ -101,7 +101,7 @@ Terms resolved(std::uint32_t vertex, const std::array<std::map<std::uint32_t, Te
     return terms;
 }
 
-// Numbers the nodes and says how vertices follow from them. \returns how many nodes there are.
+// Numbers the nodes and expresses the vertices by them. \returns the number of nodes.
 std::size_t number_nodes(const TriangleMesh& mesh, std::span<const double> diffusivity,
                          const flux::LateralBox& box, DiffusionElements& elements) {
     std::vector<std::uint8_t> used(mesh.vertices.size(), 0);
@@ -133,7 +133,7 @@ std::size_t number_nodes(const TriangleMesh& mesh, std::span<const double> diffu
         "diffusion along the surface has no finite solution: check its coefficient and the rates of what diffuses");
 }
 
-// Conjugate gradients; for the very stiff, elimination.
+// Solves by conjugate gradients; if they do not converge (very stiff equations), by a direct factorisation.
 Vector solved(const Sparse& matrix, const Vector& right, const Vector& guess) {
     Eigen::ConjugateGradient<Sparse, Eigen::Lower | Eigen::Upper> iteration;
     iteration.setTolerance(1e-13);
@@ -147,8 +147,8 @@ Vector solved(const Sparse& matrix, const Vector& right, const Vector& guess) {
     return result;
 }
 
-// Cuts off what lies beyond the range, and spreads what that adds or takes over all nodes by the room that
-// they have, so that the sum of mass times value is \p total again.
+// Cuts values to the range, and spreads the difference over all nodes in proportion to their distance from
+// the range's end, so that the sum of mass times value is \p total again.
 void repair(const Vector& mass, double total, double low, double high, Vector& values) {
     values = values.cwiseMax(low).cwiseMin(high);
     const double lacking = total - mass.dot(values);
@@ -175,7 +175,7 @@ DiffusionElements diffusion_elements(const TriangleMesh& mesh, std::span<const d
         const Triangle& triangle = mesh.triangles[t];
         const double area = triangle_area(mesh, t);
         all += area;
-        std::array<Vec3, 3> edge;  // opposite of each corner
+        std::array<Vec3, 3> edge;  // opposite to each corner
         for (std::size_t k = 0; k < 3; ++k)
             edge[k] = mesh.vertices[triangle[(k + 2) % 3]] - mesh.vertices[triangle[(k + 1) % 3]];
         const auto each = [&](std::size_t k, auto&& use) {
@@ -194,7 +194,7 @@ DiffusionElements diffusion_elements(const TriangleMesh& mesh, std::span<const d
             }
         }
     }
-    // Nodes of triangles without area keep their values.
+    // A tiny area lets nodes of triangles without area keep their values.
     for (double& area : elements.area) area = std::max(area, 1e-30 * all);
     elements.stiffness.resize(static_cast<Eigen::Index>(nodes), static_cast<Eigen::Index>(nodes));
     elements.stiffness.setFromTriplets(entries.begin(), entries.end());
@@ -205,7 +205,7 @@ std::vector<double> diffused(const DiffusionElements& elements, std::span<const 
                              std::span<const double> source, std::span<const double> decay) {
     const auto n = static_cast<Eigen::Index>(elements.area.size());
     if (n == 0) return {};
-    Vector mass(n), reacted(n);  // what source and decay alone make of the values
+    Vector mass(n), reacted(n);  // values with source and decay alone
     for (Eigen::Index i = 0; i < n; ++i) {
         const auto k = static_cast<std::size_t>(i);
         mass[i] = elements.area[k] * (1.0 + time * decay[k]);

@@ -9,22 +9,23 @@
 namespace sidewall::app {
 namespace {
 
-// How far from the edge its faces are looked for, in cells; a node lies straight behind a face within 6
-// degrees.
+// kBeside: distance from the edge, in cells, at which its faces are sampled. kStraight: least cosine for a
+// node straight behind a face (6 degrees).
 constexpr double kBeside = 0.3, kStraight = 0.9945;
-// Of a beam's directions, those that a node looks along; the first ones are from all over it.
+// Number of a beam's directions that are tested from a node; the first ones are spread over the whole beam.
 constexpr std::size_t kLooks = 8;
-// Nodes under the very edge of a cover are not under it: by so much of a cell.
+// Shift of a node along the darkest face's normal, in cells, so that one under a cover's very edge is not
+// hidden.
 constexpr double kUnderEdge = 0.02;
 
-// What is beside a point of an edge.
+// The faces beside a point of an edge.
 struct Faces {
-    surface::SurfaceHit through;  // the face through which the front gets to a node in the shadow
-    Vec3 darkest = Vec3::Zero();  // the normal of the one on which least arrives
-    bool covered = false;         // a face of another material is there
+    surface::SurfaceHit through;  // the face through which the front reaches a node in the shadow
+    Vec3 darkest = Vec3::Zero();  // normal of the face with the least flux
+    bool covered = false;         // whether there is a face of another material
 };
 
-// \param way  from a node to the point, in cells.
+// \param way  from the node to the edge point, in cells.
 Faces faces_at(const TracedSurface& surface, const Vec3& edge, const Vec3& way, double dx,
                std::int32_t body) {
     const SurfaceFlux& arriving = *surface.arriving;
@@ -49,8 +50,7 @@ Faces faces_at(const TracedSurface& surface, const Vec3& edge, const Vec3& way, 
     return faces;
 }
 
-// Whether the way out of a node leads through another surface than the body's own along all of a beam's
-// directions.
+// Whether a ray from the node hits first a material other than the body's, in all directions of a beam.
 bool is_hidden(const TracedSurface& surface, const Vec3& node, std::int32_t body,
                std::span<const flux::DirectFlux::Direction> towards, bool profile) {
     return std::ranges::none_of(towards, [&](const flux::DirectFlux::Direction& d) {

@@ -8,14 +8,16 @@
 
 namespace sidewall::app {
 
-/// Finds which nodes at the edge of a body (levelset::find_bodies) lie in the shadow of what covers it, and what etches those.
+/// Finds which nodes at the edge of a body (levelset::find_bodies) lie in the shadow of its cover, and with
+/// which face's speed the front reaches those.
 ///
-/// The surface point nearest to such a node lies on or near the edge, where faces meet whose fluxes differ: a floor and the
-/// mask's wall that stands on it. A node that sees all beams moves like any other (Extension::kNoBody). The front gets to one in
-/// the shadow through the body's own face if it lies straight behind that, else at the speed that what arrives on the face that
-/// sees least would give its body; it gets a sample there.
+/// The surface point nearest to such a node lies on or near the edge, where faces of different fluxes meet,
+/// e.g. a floor and the wall of a mask on it. A node that sees all beams moves like any other
+/// (Extension::kNoBody). To a node in the shadow the front comes through the body's own face if the node lies
+/// straight behind it, else at the speed that the fluxes of the darkest face would give the body; the node's
+/// sample is moved to that face.
 /// \returns by edge node, direct part and beam, in this order: whether the beam is hidden from the node.
-/// \pre the surface has a scene and fluxes, and beams that are seen along a line (SurfaceFlux::direct).
+/// \pre the surface has a scene, fluxes and direct parts (SurfaceFlux::direct).
 std::vector<std::uint8_t> choose_faces(const TracedSurface& surface, const levelset::MaterialStack& stack,
                                        levelset::Extension& extension);
 

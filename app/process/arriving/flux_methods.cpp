@@ -13,7 +13,7 @@
 namespace sidewall::app {
 namespace {
 
-// How often a time step traces with Monte Carlo; radiosity gathers once.
+// Number of Monte Carlo traces a time step; radiosity gathers rays only once.
 double traces_of(const Model& model) {
     return model.sticking && model.coverages.pulse > 0.0 ? model.coverages.parts : 1.0;
 }
@@ -30,7 +30,7 @@ std::vector<flux::MethodChoice> choices_of(const Recipe& recipe, const Model& mo
         }
         flux::TraceOptions options = trace_options(recipe, request);
         options.progress = nullptr;
-        options.batches = std::min(options.batches, flux::TraceOptions().batches);  // of few rays
+        options.batches = std::min(options.batches, flux::TraceOptions().batches);  // enough for few rays
         options.species_index = static_cast<std::uint32_t>(k);
         if (!sticking.empty()) options.sticking_by_wedge = sticking.subspan(k * wedges, wedges);
         flux::ExchangeOptions of_exchange = exchange_options(recipe, request);
@@ -42,10 +42,10 @@ std::vector<flux::MethodChoice> choices_of(const Recipe& recipe, const Model& mo
     return choices;
 }
 
-using Passes = std::vector<std::vector<std::size_t>>;  // of species, by their places
+using Passes = std::vector<std::vector<std::size_t>>;  // of indices of species
 
-// Cost of a time step if radiosity takes the species whose cost it is at most \p most. Rays that serve the
-// most demanding of them serve all; so does a path of the tracer's.
+// Cost of a time step if radiosity takes the species that cost it at most \p most. The rays for the most
+// demanding of these serve all; so do the paths for the most expensive species of a pass.
 double cost(const Model& model, const Passes& passes, const std::vector<flux::MethodChoice>& choices,
             double most) {
     double rays = 0.0, paths = 0.0;
@@ -70,8 +70,8 @@ std::vector<SpeciesMethod> cheapest(const Model& model, const std::vector<flux::
         if (choice.why_not.empty() &&
             cost(model, passes, choices, choice.radiosity_cost) < cost(model, passes, choices, best))
             best = choice.radiosity_cost;
-    // One exchange serves all that are solved: beside species without noise none is taken that would give it
-    // some.
+    // All solved species share one exchange. If it has no noise for some (viewed), radiosity takes only
+    // those.
     const bool any_viewed = std::ranges::any_of(choices, &flux::MethodChoice::viewed);
     std::vector<SpeciesMethod> methods;
     for (std::size_t k = 0; k < choices.size(); ++k) {

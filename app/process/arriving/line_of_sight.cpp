@@ -25,8 +25,7 @@ double turn(const Vec3& a, const Vec3& b, const Vec3& p) {
     return (b.x() - a.x()) * (p.y() - a.y()) - (b.y() - a.y()) * (p.x() - a.x());
 }
 
-// Whether the triangle, which faces down, covers the point and lies higher there. Points on an edge count for
-// both its triangles, so that none slips between them.
+// Whether a downward triangle lies above the point. Edges belong to both triangles: no point slips through.
 bool covers(const std::array<Vec3, 3>& t, const Vec3& p) {
     const double u = turn(t[1], t[2], p), v = turn(t[2], t[0], p), w = turn(t[0], t[1], p);
     const bool within = u <= 0.0 && v <= 0.0 && w <= 0.0;
@@ -63,7 +62,7 @@ std::size_t ColumnSight::column_along(int axis, double position) const {
 ColumnSight::ColumnSight(const TriangleMesh& mesh, double width) : width_(width) {
     const Box3 box = bounding_box(mesh);
     for (int axis = 0; axis < 2; ++axis) {
-        // At most as many columns along an axis as keep their table small beside the mesh.
+        // Most columns along an axis, so that their table stays small beside the mesh.
         constexpr double kMost = 4096.0;
         const auto a = static_cast<std::size_t>(axis);
         low_[a] = box.min[axis];
@@ -75,7 +74,8 @@ ColumnSight::ColumnSight(const TriangleMesh& mesh, double width) : width_(width)
 
     const std::size_t columns = count_[0] * count_[1];
     corners_ = downward_faces(mesh);
-    std::vector<std::atomic<std::uint32_t>> next(columns + 1);  // of each column's entries
+    std::vector<std::atomic<std::uint32_t>> next(columns +
+                                                 1);  // by column: its count, then its next free entry
     const auto each = [&](auto&& use) {
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, corners_.size(), 1024), [&](const auto& range) {
             for (std::size_t t = range.begin(); t != range.end(); ++t) {
@@ -135,13 +135,12 @@ bool in_line_of_sight(const TracedSurface& surface, const Vec3& point, const Vec
                                                           : 0.0;
             position[axis] = std::clamp(position[axis], low, high);
         }
-    // A periodic profile one cell wide is the same at all y: a path along it meets nothing.
+    // A periodic profile one cell wide does not vary along y, so a path may ignore its y component.
     if (surface.box.boundary[1] == flux::Boundary::periodic &&
         surface.box.max[1] - surface.box.min[1] < 1.5 * spacing)
         path.y() = 0.0;
     if (surface.columns) {
-        // The point is lowered, as a ceiling may meet the surface here: raised into the ceiling, the point
-        // would no longer lie under it.
+        // Lower the point: where a ceiling meets the surface, the raised one would be inside, not under it.
         position.z() -= 2e-2 * spacing;
         return surface.columns->open_above(position);
     }

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kBytesPerGigabyte = 1e9;
 
-// Exponents of the sources of the species that radiosity takes, each once.
+// Source exponents of the species that radiosity takes, each once.
 std::vector<double> exponents_of(const Model& model, const std::vector<SpeciesMethod>& methods) {
     std::vector<double> exponents;
     for (std::size_t k = 0; k < methods.size(); ++k)
@@ -32,22 +32,22 @@ flux::Exchange make_exchange(const Recipe& recipe, const Model& model, const Tra
             exchange_options(recipe, request)};
 }
 
-// Rays that may be gathered.
+// Most rays that radiosity may gather.
 std::uint64_t most_rays(const FluxSection& flux) {
     const auto rays = static_cast<std::uint64_t>(flux.most_rays());
     return flux.method == "auto" && !flux.relative_error ? flux::kMostOfAuto * rays : rays;
 }
 
-// All species at once, so that one gather serves them.
-// \param targets  relative errors; 0: of [flux] rays.
-// \param first    rays an unknown to begin with; 0: as few as estimate errors.
+// Solves for all species at once, so that they share the gathered rays.
+// \param targets  relative errors; 0: that of [flux] rays.
+// \param first    rays an unknown to begin with; 0: as few as an error estimate needs.
 std::vector<flux::RadiosityFlux> solve(const Recipe& recipe, std::span<const flux::DiffuseSpecies> species,
                                        std::span<const double> targets, double first,
                                        flux::Exchange& exchange, const TraceRequest& request) {
     flux::SolveOptions options;
     options.stop = request.stop;
     options.errors = request.errors;
-    options.of_rays = !recipe.flux.relative_error;  // auto's targets are those of its paths
+    options.of_rays = !recipe.flux.relative_error;  // auto's targets are statistical errors
     if (std::ranges::any_of(targets, [](double target) { return target > 0.0; })) {
         std::vector<double> bounds(targets.begin(), targets.end());
         std::ranges::replace(bounds, 0.0, kInfinity);
@@ -94,7 +94,7 @@ void solve_species(const Recipe& recipe, const Model& model, const TracedSurface
     for (std::size_t k = 0; k < trace.methods.size(); ++k)
         if (trace.methods[k].radiosity) places.push_back(k);
 
-    std::vector<std::vector<double>> own(places.size());  // sticking, where no coverage decides it
+    std::vector<std::vector<double>> own(places.size());  // sticking that no coverage affects
     std::vector<flux::DiffuseSpecies> species(places.size());
     std::vector<double> targets;
     double first = 0.0;

@@ -18,22 +18,22 @@
 namespace sidewall::app {
 namespace {
 
-// What the model sees at every sample of the extension.
+// What the model sees at every sample of an extension.
 struct SamplePoints {
     std::vector<int> materials;  // by layer
     std::size_t count = 0;
-    // Values a sample: fluxes without what turns with the normal, coverages, open shares of direct beams.
+    // Values a sample: fluxes without the parts that depend on the normal, coverages, open shares of beams.
     std::size_t tallies = 0, coverages = 0, stride = 0;
     std::vector<double> values;
-    std::vector<DirectPart> direct;  // without their lists by wedge
-    std::function<void(const SurfacePoint&, double, std::span<double>)> react;  // of steady coverages
-    std::vector<Vec3> positions;        // empty where they do not count
-    double time = 0.0;                  // since the step began
-    std::vector<std::uint8_t> visible;  // empty where line of sight does not count
-    std::vector<std::uint8_t> sealed;   // in a closed void, where nothing gets in; empty if there are none
+    std::vector<DirectPart> direct;                                             // sources and tallies only
+    std::function<void(const SurfacePoint&, double, std::span<double>)> react;  // for steady coverages
+    std::vector<Vec3> positions;                                                // empty if not needed
+    double time = 0.0;                                                          // since the step began
+    std::vector<std::uint8_t> visible;  // empty if line of sight is not needed
+    std::vector<std::uint8_t> sealed;   // in a closed void; empty if there are none
 
     bool is_sealed(std::size_t sample) const { return !sealed.empty() && sealed[sample] != 0; }
-    // Groups of samples that a model cannot distinguish where nothing is traced.
+    // SpeedLaw::speed_class of the samples, for a model that traces nothing and reads no position.
     std::vector<std::uint8_t> groups() const {
         if (stride != 0 || !positions.empty()) return {};
         std::vector<std::uint8_t> group(count);
@@ -44,7 +44,7 @@ struct SamplePoints {
         });
         return group;
     }
-    // use(what the model sees at a sample if the surface's normal there were \p normal).
+    // Calls use(point) with what the model would see at a sample if the normal there were \p normal.
     template <class Use>
     auto at(std::size_t sample, std::size_t layer, const Vec3& normal, Use&& use) const {
         const std::span<const double> here = std::span(values).subspan(sample * stride, stride);
@@ -66,7 +66,7 @@ struct SamplePoints {
             open = open.subspan(beams);
         }
         point.flux = turned.first(tallies);
-        // Where nothing arrives at this normal, steady coverages need not exist.
+        // If nothing arrives at this normal, steady coverages may not exist.
         const bool any = std::ranges::any_of(point.flux, [](double flux) { return flux > 0.0; });
         if (react && any) react(point, 0.0, turned.subspan(tallies));
         point.coverage = turned.subspan(tallies);
@@ -78,8 +78,7 @@ bool is_inert(const Model& model, int material) {
     return !model.hints.inert.empty() && model.hints.inert[static_cast<std::size_t>(material)] != 0;
 }
 
-// Whether the surface grows, or stands still, at a speed that no material below it changes, in line of sight
-// of the source and out of it.
+// Whether V is at least 0 and equal on all materials, both in line of sight of the source and out of it.
 bool grows_on_all_materials(const Model& model, const levelset::MaterialStack& stack,
                             const TracedSurface& surface) {
     if (!model.species.empty() || model.depends_on_position || model.depends_on_normal || model.speeds)
@@ -99,8 +98,7 @@ bool grows_on_all_materials(const Model& model, const levelset::MaterialStack& s
     return same_where(true) && (!model.visibility || same_where(false));
 }
 
-// Marks the samples in closed voids, which a step without particles does not reach either; empty if there are
-// none.
+// Marks the samples in closed voids, which stay unchanged in steps without particles; empty without voids.
 std::vector<std::uint8_t> sealed_samples(const levelset::MaterialStack& stack, const TracedSurface& surface,
                                          const levelset::Extension& extension) {
     const levelset::Domain& domain = stack.domain;
@@ -117,7 +115,8 @@ std::vector<std::uint8_t> sealed_samples(const levelset::MaterialStack& stack, c
     return sealed;
 }
 
-// Fluxes, coverages and, unless all of them count as fluxes, the parts that turn with the normal.
+// Interpolates fluxes and coverages; unless \p whole, fluxes lack direct parts, and beams' open shares
+// follow.
 void interpolate_parts(const SurfaceFlux& arriving, bool whole, std::uint32_t triangle, double u, double v,
                        std::span<double> values) {
     interpolate(arriving, triangle, u, v, values);
@@ -132,7 +131,7 @@ void interpolate_parts(const SurfaceFlux& arriving, bool whole, std::uint32_t tr
     }
 }
 
-// Fluxes and coverages at the samples, and what each of them sees of the source.
+// Collects fluxes, coverages, positions, line of sight and open shares of beams at the samples.
 // \param hidden  from choose_faces, or empty.
 SamplePoints sample_points(const Model& model, const levelset::MaterialStack& stack,
                            const TracedSurface& surface, const levelset::Extension& extension,
@@ -172,7 +171,7 @@ SamplePoints sample_points(const Model& model, const levelset::MaterialStack& st
                     samples.values[(n + 1) * samples.stride - beams + b] = 0.0;
             if (model.depends_on_position) samples.positions[n] = levelset::surface_point(s, stack.domain);
             if (!model.visibility) continue;
-            if (inert_top && extension.top_alone(n)) {  // it has no triangle, nor does anything ask
+            if (inert_top && extension.top_alone(n)) {  // it has no triangle, and its V is 0
                 samples.visible[n] = 1;
                 continue;
             }
@@ -186,7 +185,7 @@ SamplePoints sample_points(const Model& model, const levelset::MaterialStack& st
     return samples;
 }
 
-// V of every layer at every sample, sample by sample, from Model::speeds.
+// V by sample and layer, in one call of Model::speeds.
 std::vector<double> speeds_at_once(const Model& model, const TracedSurface& surface,
                                    const SamplePoints& samples, const levelset::Extension& extension) {
     const std::vector<Vec3> normals = triangle_normals(surface.traced());
@@ -199,8 +198,8 @@ std::vector<double> speeds_at_once(const Model& model, const TracedSurface& surf
     return model.speeds(points);
 }
 
-// Where nothing is traced, only line of sight asks for points on the mesh, and one sample does for a speed
-// that is the same all over the surface.
+// The extension that a model needs. If nothing is traced, samples need a mesh only for line of sight, and a
+// speed that is equal all over the surface needs only one sample.
 levelset::Extension extension_of(const Model& model, const levelset::MaterialStack& stack,
                                  const TracedSurface& surface, bool same_growth,
                                  const levelset::LevelColumns* left_out) {
@@ -212,14 +211,13 @@ levelset::Extension extension_of(const Model& model, const levelset::MaterialSta
                                      is_inert(model, stack.layers.back().material), left_out);
 }
 
-// Whether the front keeps sharp edges. At an edge it has all normals between those of its two faces, for
-// which the fluxes traced on the faces do not hold where a yield depends on the angle of incidence.
+// Whether the front keeps sharp edges. An edge has all normals between those of its two faces. If a yield
+// depends on the angle of incidence, fluxes traced on the faces do not hold for those.
 bool keeps_edges(const Model& model) {
     const auto by_angle = [](const flux::Yield& yield) {
         return yield.angular != flux::Angular::none && yield.angular != flux::Angular::cosine;
     };
-    const bool untraced_beam =
-        model.beam && model.hints.beam_speed;  // faces beside an edge move on as they are
+    const bool untraced_beam = model.beam && model.hints.beam_speed;  // faces at an edge keep their speeds
     if (untraced_beam) return true;
     return !model.depends_on_normal && std::ranges::none_of(model.species, [&](const flux::Species& species) {
         return std::ranges::any_of(species.yields, by_angle) ||
@@ -326,8 +324,8 @@ levelset::Motion surface_motion(const Model& model, const levelset::MaterialStac
 void interpolate(const SurfaceFlux& arriving, std::uint32_t triangle, double u, double v,
                  std::span<double> values) {
     std::size_t n = 0;
-    // Weights are in single precision: on the edge opposite to a corner its own may be -1e-7, which must not
-    // make a flux negative.
+    // Barycentric weights are in single precision: on the edge opposite to a corner its weight may be -1e-7,
+    // which must not make a flux negative.
     for (const auto& flux : arriving.flux)
         values[n++] = std::max(0.0, flux::interpolate(arriving.wedges, flux, triangle, u, v));
     for (const auto& theta : arriving.coverage)

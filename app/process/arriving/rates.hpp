@@ -9,18 +9,17 @@
 
 namespace sidewall::app {
 
-/// Fluxes to speeds on the grid: the motion of the next time step. Voids that the wafer has closed keep their
-/// shape in steps without particles.
-/// \param everywhere  coarser levels have speeds also where they do not move (levelset::deep_columns), for
-///                    columns_of_speed to see.
+/// The motion of the next time step, from the fluxes: speeds at the grid's surface samples. In steps without
+/// particles, closed voids keep their shape.
+/// \param everywhere  give coarser levels speeds also where finer levels move for them
+///                    (levelset::deep_columns); columns_of_speed needs them.
 /// \param left_out    as of levelset::extend.
 levelset::Motion surface_motion(const Model& model, const levelset::MaterialStack& stack,
                                 const TracedSurface& surface, Timing& timing, bool everywhere = true,
                                 const levelset::LevelColumns* left_out = nullptr);
 
-/// Fluxes and coverages at a point of a triangle, barycentric weights \p u and \p v: first all tallies, then
-/// all coverages.
-/// \pre \p values has room for both.
+/// Interpolates all fluxes, then all coverages, to a triangle's point with barycentric weights \p u and \p v.
+/// \pre \p values has room for all of them.
 void interpolate(const SurfaceFlux& arriving, std::uint32_t triangle, double u, double v,
                  std::span<double> values);
 

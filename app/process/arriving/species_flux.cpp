@@ -16,11 +16,11 @@
 namespace sidewall::app {
 namespace {
 
-// Single leaks are rounding where two sheets touch; they must not end a run of few rays. As many as
-// flux::kRoundingLeaks allows in the million rays that a species traces by default.
+// Leaks allowed besides flux::kRoundingLeaks. Single leaks are rounding where two sheets touch, and must not
+// end a run of few rays. It is as many as kRoundingLeaks allows in a million rays, the default of a species.
 constexpr double kSingleLeaks = 10.0;
 
-// What lowers a relative error above the one asked for.
+// Advice on how to lower a relative error above the target.
 std::string remedy(const Recipe& recipe, const flux::FluxResult& result, const SpeciesMethod& method) {
     if (result.discretisation_error > flux::kElementsAlone * *recipe.flux.relative_error)
         return fmt::format(
@@ -30,10 +30,10 @@ std::string remedy(const Recipe& recipe, const flux::FluxResult& result, const S
     return method.radiosity ? "allow more flux.max_rays and flux.memory" : "allow more flux.max_rays";
 }
 
-// The noise of a result above what was asked for, in a line; empty if it is not.
+// A warning if the noise of a result exceeds its target; else empty.
 std::string noise_warning(const Recipe& recipe, const flux::FluxResult& result, const SpeciesMethod& method,
                           std::uint32_t time_step) {
-    constexpr double kMissed = 1.25;  // times what auto expected: as much is scatter
+    constexpr double kMissed = 1.25;  // ratio to auto's expectation; less is scatter
     if (recipe.flux.relative_error && !(result.largest_error() <= *recipe.flux.relative_error))
         return fmt::format(
             "time step {}: species {}: relative error {:.3g} after {} rays, above the {:.3g} asked "
@@ -49,7 +49,7 @@ std::string noise_warning(const Recipe& recipe, const flux::FluxResult& result, 
         time_step, method.species, statistical, result.emitted, method.target, recipe.flux.rays);
 }
 
-// Refuses a surface with holes, and warns of noise above what was asked for.
+// Refuses a surface with holes, and warns of noise above the target.
 void check_trace(const Recipe& recipe, const flux::Species& species, const flux::FluxResult& result,
                  const SpeciesMethod& method, const TraceRequest& request) {
     if (result.others.size() + 1 != flux::tally_count(species))
@@ -59,13 +59,13 @@ void check_trace(const Recipe& recipe, const flux::Species& species, const flux:
             "species {}: {} of {} particles leaked through the surface; use a smaller grid_spacing or a "
             "milder simplification",
             species.name, result.leaked, result.emitted));
-    if (!request.warn || request.noise) return;  // what is left is told at the end
+    if (!request.warn || request.noise) return;  // with [flux] accuracy, summary.json reports the noise
     if (const std::string text = noise_warning(recipe, result, method, request.key); !text.empty())
         request.warn(text);
 }
 
-// Whether every species of the pass sticks, or desorbs, as in the trace before: with both the same, so are
-// its particles.
+// Whether the values (sticking or emission) of all species of a pass are those of the trace before. If both
+// are, so are the paths.
 bool unchanged(const std::vector<std::size_t>& pass, std::span<const double> before,
                std::span<const double> now, std::size_t wedges) {
     return before.size() == now.size() && std::ranges::all_of(pass, [&](std::size_t k) {
@@ -74,13 +74,12 @@ bool unchanged(const std::vector<std::size_t>& pass, std::span<const double> bef
            });
 }
 
-// Whether what comes straight from a species' source counts by itself. Averaged fluxes have no normal that
-// they turn with.
+// Whether a species' direct flux is kept apart as a function of the normal. Averaged fluxes have no normal.
 bool has_direct(const Recipe& recipe, const Model& model, std::size_t species) {
     return recipe.flux.averaging == 0.0 && species < model.direct.size() && model.direct[species];
 }
 
-// Counts one pass. Its random numbers are those of its first species' place.
+// Traces one pass. Its random numbers are keyed by the index of its first species.
 void trace_pass(const Recipe& recipe, const Model& model, const TracedSurface& surface,
                 const std::vector<std::size_t>& pass, std::span<const double> sticking,
                 std::span<const double> emission, const TraceRequest& request, SurfaceFlux& arriving) {
@@ -96,17 +95,17 @@ void trace_pass(const Recipe& recipe, const Model& model, const TracedSurface& s
     flux::TraceOptions options = trace_options(recipe, request);
     options.species_index = static_cast<std::uint32_t>(pass.front());
     options.sticking_by_wedge = by_wedge;
-    // What desorbs has a pass of its own.
+    // A species that desorbs is alone in its pass.
     if (species.front().desorbs && !emission.empty())
         options.emission_by_wedge = emission.subspan(pass.front() * wedges, wedges);
     options.reflected = pass.size() == 1 && has_direct(recipe, model, pass.front());
-    options.adjoint = options.adjoint && !options.reflected;  // it is for first arrivals, which are known
+    options.adjoint = options.adjoint && !options.reflected;  // it samples first arrivals, known here
     std::vector<flux::FluxResult> results = flux::trace_fluxes(
         surface.flown(), *surface.scene, surface.box, species, arriving.materials, arriving.wedges, options);
     for (std::size_t i = 0; i < pass.size(); ++i) arriving.trace->species[pass[i]] = std::move(results[i]);
 }
 
-// The request of one of so many parts of a trace.
+// The request of one part of a trace, with progress scaled to all parts.
 TraceRequest part_of(const TraceRequest& request, std::size_t part, std::size_t parts) {
     TraceRequest own = request;
     if (request.progress)
@@ -116,7 +115,7 @@ TraceRequest part_of(const TraceRequest& request, std::size_t part, std::size_t 
     return own;
 }
 
-// Traces every species by its method.
+// Traces or solves every species by its method.
 void trace_by_methods(const Recipe& recipe, const Model& model, const TracedSurface& surface,
                       std::span<const double> sticking, std::span<const double> emission,
                       const TraceRequest& request, std::optional<TraceReport> before, SharedTraces& shared,
@@ -139,9 +138,9 @@ void trace_by_methods(const Recipe& recipe, const Model& model, const TracedSurf
         check_trace(recipe, model.species[k], arriving.trace->species[k], shared.methods[k], request);
 }
 
-// Arrivals that would make as much flux with weight 1 each. A species traced on the paths of one that sticks
-// less arrives far more often, with little weight. Adjoint paths leave no element to chance: all know their
-// errors.
+// Number of hits of weight 1 that would make as much flux, for smoothing. A species traced on the paths of
+// one that sticks less hits far more often, with small weights. Adjoint paths start on every element, so all
+// errors are known: no limit.
 std::uint64_t whole_arrivals(const flux::LateralBox& box, const flux::Wedges& wedges,
                              const flux::FluxResult& result) {
     if (result.adjoint) return std::numeric_limits<std::uint64_t>::max();
@@ -151,7 +150,7 @@ std::uint64_t whole_arrivals(const flux::LateralBox& box, const flux::Wedges& we
     return static_cast<std::uint64_t>(sum * static_cast<double>(result.emitted) / box.area() + 0.5);
 }
 
-// What comes straight from the sources, by the model's species; the rest is not known yet.
+// The direct fluxes of the model's species, without the rest, which is not known yet.
 std::vector<DirectPart> direct_parts(const Recipe& recipe, const Model& model, const TracedSurface& surface,
                                      const flux::Wedges& wedges) {
     std::vector<DirectPart> parts;
@@ -166,7 +165,7 @@ std::vector<DirectPart> direct_parts(const Recipe& recipe, const Model& model, c
     return parts;
 }
 
-// Sets the fluxes that models see to what comes straight, which is known without noise, and the rest.
+// Sets the fluxes that models see to the direct fluxes, which have no noise, plus the rest.
 void join_parts(const TracedSurface& surface, SurfaceFlux& arriving) {
     if (arriving.direct.empty()) return;
     const std::vector<Vec3> normals = flux::wedge_normals(surface.flown(), arriving.wedges);
@@ -185,7 +184,7 @@ void join_parts(const TracedSurface& surface, SurfaceFlux& arriving) {
     }
 }
 
-// Averages the fluxes that models see as the recipe says.
+// Averages the fluxes that models see within [flux] averaging.
 void average(const Recipe& recipe, const TracedSurface& surface,
              const std::vector<const flux::TallyFlux*>& tallies, const std::vector<std::uint8_t>& solved,
              SurfaceFlux& arriving) {
@@ -200,10 +199,10 @@ void average(const Recipe& recipe, const TracedSurface& surface,
     }
 }
 
-// Sets the fluxes that models see. Smoothing is for counted hits: a solved flux has none, and its errors are
-// correlated with its neighbours'.
+// Sets the fluxes that models see. Only traced fluxes are smoothed: a solved one has no counted hits, and its
+// errors are correlated with its neighbours'.
 void smooth(const Recipe& recipe, const Model& model, const TracedSurface& surface, SurfaceFlux& arriving) {
-    constexpr double kBroad = 2.0;  // cos^n sources up to this one are a parabola about the axis
+    constexpr double kBroad = 2.0;  // largest n of cos^n sources whose flux is a parabola about the axis
     TraceReport& trace = *arriving.trace;
     arriving.flux.clear();
     std::vector<const flux::TallyFlux*> tallies;
@@ -232,7 +231,7 @@ void smooth(const Recipe& recipe, const Model& model, const TracedSurface& surfa
         join_parts(surface, arriving);
 }
 
-// Passes of the species that Monte Carlo traces, by their places in the model.
+// Passes of the species that Monte Carlo traces, as their indices in the model.
 std::vector<std::vector<std::size_t>> traced_passes(const Model& model,
                                                     const std::vector<SpeciesMethod>& methods) {
     std::vector<std::size_t> places;

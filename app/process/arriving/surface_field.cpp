@@ -14,12 +14,12 @@
 namespace sidewall::app {
 namespace {
 
-// Share of the way from a vertex to the middle of the wedge's fan at which its value is taken. On a crease's
-// vertex itself the closest point could lie on either side; a tenth of the way costs at most a tenth of what
-// the value changes by over the fan.
+// Where a wedge's value is sampled, as a share of the way from its vertex to the middle of its fan. At a
+// vertex on a crease the closest point could lie on either side. A tenth costs at most a tenth of the value's
+// change over the fan.
 constexpr double kInside = 0.1;
 
-// Points inside each wedge's own fan.
+// A sampling point inside each wedge's fan.
 std::vector<Vec3> inner_points(const TriangleMesh& mesh, const flux::Wedges& wedges) {
     std::vector<Vec3> sum(wedges.count(), Vec3::Zero());
     std::vector<double> weight(wedges.count(), 0.0);
@@ -42,7 +42,7 @@ std::shared_ptr<const surface::RayScene> scene_of(const TriangleMesh& mesh) {
     return mesh.triangles.empty() ? nullptr : std::make_shared<const surface::RayScene>(mesh);
 }
 
-// Values of that name, by corner; null if there are none.
+// Values of a name, by corner; null if the field lacks it.
 const std::vector<double>* corners_of(const SurfaceField& field, const std::string& name) {
     const auto found = std::find(field.names.begin(), field.names.end(), name);
     return found == field.names.end() ? nullptr
@@ -63,7 +63,7 @@ Json blob(std::span<const T> values) {
     static_assert(std::is_trivially_copyable_v<T> || std::is_same_v<T, Vec3>);
     std::vector<std::uint8_t> bytes(values.size() * sizeof(T));
     if (!bytes.empty()) std::memcpy(bytes.data(), static_cast<const void*>(values.data()), bytes.size());
-    return Json(Json::binary_t(std::move(bytes)));  // Json::binary crashes for want of memory
+    return Json(Json::binary_t(std::move(bytes)));  // Json::binary crashes when memory runs out
 }
 
 template <class T>
@@ -75,7 +75,7 @@ std::vector<T> values_of(const Json& json) {
     return values;
 }
 
-// Fluxes and coverages by wedge, as carried_names names them; without what comes straight from the sources.
+// Fluxes and coverages by wedge in the order of carried_names, without direct fluxes.
 std::vector<std::vector<double>> carried_values(const SurfaceFlux& arriving) {
     std::vector<std::vector<double>> values = arriving.flux;
     for (const DirectPart& part : arriving.direct)
@@ -111,8 +111,8 @@ std::vector<std::vector<double>> carry(const SurfaceField& field, const std::vec
         known = known || source[k] != nullptr;
     }
     if (!known || !field.scene) return result;
-    // Only for speed: the points are those of a surface that has moved by less than a cell, and a short reach
-    // spares the search most of the hierarchy. What is farther is sought again without a bound.
+    // For speed only: most points are on a surface that has moved by less than a cell, so a short search
+    // radius skips most of the hierarchy. If that finds nothing, the search is repeated without a bound.
     const double reach = 1e-2 * diagonal(field.scene->vertices());
     tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t w) {
         surface::SurfaceHit hit = field.scene->closest_point(points[w], reach);
@@ -182,8 +182,7 @@ bool bounds_by_flux(const SimplifySection& section) {
 }
 
 std::vector<double> flux_gradient(const TriangleMesh& mesh, const SurfaceFlux& arriving) {
-    // Standard errors of a difference: noise alone exceeds three on one edge in 370, so that it hardly
-    // refines.
+    // Standard errors of a difference that count as noise. Noise exceeds three on only one edge in 370.
     constexpr double kNoise = 3.0;
     const flux::Wedges& wedges = arriving.wedges;
     std::vector<double> gradient(wedges.count(), 0.0);
@@ -230,7 +229,7 @@ SurfaceFlux carried_fluxes(const Model& model, const SurfaceField& field, const 
 
 namespace {
 
-// Fluxes of an earlier surface and of this one by wedge, both sampled a little inside of the wedges.
+// Fluxes of an earlier surface and of this one by wedge, both sampled slightly inside the wedges.
 struct FluxesOfTwo {
     std::vector<std::vector<double>> before, now;
 };
@@ -296,9 +295,9 @@ double flux_change(const Model& model, const SurfaceField& field, const TracedSu
 }
 
 std::uint32_t time_steps_within(double tolerance, double change, std::uint32_t since) {
-    // The change is extrapolated in a straight line from the few time steps it was measured over. Tracing
-    // every eighth time step at least costs an eighth of what there is to save, and bounds what the line may
-    // be wrong by.
+    // Extrapolates the change linearly from the few time steps over which it was measured. Tracing at least
+    // every eighth time step forgoes at most an eighth of the possible gain, and bounds the error of the
+    // extrapolation.
     constexpr double kMost = 8.0;
     if (since == 0) return 0;
     const double steps = change > 0.0 ? tolerance / change * since : kMost;

@@ -24,7 +24,7 @@ std::shared_ptr<const surface::RayScene> build_scene(const TriangleMesh& mesh, T
     return std::make_shared<const surface::RayScene>(mesh);
 }
 
-// Ranks on unequal processors may round otherwise, and then their sums mean nothing.
+// Refuses ranks with different surfaces (unequal processors may round differently): their sums mean nothing.
 void require_same(const flux::Shares& shares, const TriangleMesh& mesh) {
     if (shares.ranks == 1) return;
     std::uint64_t hash = mesh.triangles.size();
@@ -37,7 +37,7 @@ void require_same(const flux::Shares& shares, const TriangleMesh& mesh) {
             "one installation");
 }
 
-// The traced mesh with the material of each triangle, split at creases and material edges; no flux yet.
+// The traced mesh's materials, and its wedges, split at creases and material edges; no flux yet.
 SurfaceFlux split_at_creases(const levelset::MaterialStack& stack, TracedSurface& surface) {
     SurfaceFlux parts;
     const TriangleMesh& mesh = surface.traced();
@@ -47,7 +47,7 @@ SurfaceFlux split_at_creases(const levelset::MaterialStack& stack, TracedSurface
     parts.materials.resize(mesh.triangles.size());
     const levelset::FacePoints faces(mesh);
     tbb::parallel_for(std::size_t{0}, parts.materials.size(), [&](std::size_t t) {
-        // Both triangles of a profile's segment are of one.
+        // Both triangles of a profile's segment get the same material.
         parts.materials[t] = levelset::exposed_material(stack, faces.of(is_profile(domain) ? t - t % 2 : t));
     });
     parts.wedges = flux::make_wedges(surface.flown(), parts.materials);
@@ -55,7 +55,7 @@ SurfaceFlux split_at_creases(const levelset::MaterialStack& stack, TracedSurface
     return parts;
 }
 
-// The largest mean change of a coverage over the surface.
+// The mean change of a coverage over the surface; the largest of all coverages.
 double mean_change(const flux::Wedges& wedges, const std::vector<std::vector<double>>& before,
                    const std::vector<std::vector<double>>& after) {
     double most = 0.0;
@@ -70,7 +70,7 @@ double mean_change(const flux::Wedges& wedges, const std::vector<std::vector<dou
     return most;
 }
 
-// The traces of one surface, with the coverages' reactions between them.
+// The traces of one surface, alternating with reactions of the coverages.
 struct Tracing {
     const Recipe& recipe;
     const Model& model;
@@ -80,14 +80,14 @@ struct Tracing {
     SurfaceFlux arriving;
     WedgePoints points = wedge_points(model, surface, arriving);
     SharedTraces shared = shared_traces(model, request.methods);
-    std::vector<std::vector<double>> balance = {};  // fluxes that steady coverages desorb against; or none
-    std::vector<std::vector<double>> flux_before = {};  // of a pulse's last part; or none
+    std::vector<std::vector<double>> balance = {};  // fluxes against which steady coverages desorb; or empty
+    std::vector<std::vector<double>> flux_before = {};  // of the pulse's part before; or empty
 
     std::vector<std::vector<double>> from_before(const std::vector<std::string>& names) const {
         return kept_or_carried(carried, names, surface.traced(), arriving.wedges);
     }
 
-    // Traces every species with what the coverages leave, and lets these react for a time.
+    // Traces every species with the sticking of the coverages, then lets these react for \p time.
     void trace_once(int number, double time, bool errors) {
         const auto [sticking, emission] = leaving_of(model, arriving, points, balance);
         if (!are_of(model, shared.methods))
@@ -113,15 +113,14 @@ struct Tracing {
         balance.resize(balance.size() - coverages.names.size());
     }
 
-    // One trace, whose fluxes the coverages, if any, follow.
+    // One trace, then one reaction of the coverages, if any.
     void single() {
         begin_with_carried_coverages();
         trace_once(1, 0.0, request.errors);
     }
 
-    // Trace after trace until the mean change of the coverages is below their tolerance, or two traces in
-    // turn bring no smaller one: what is left is noise, as where a trace to an error takes some rays more or
-    // less than the one before.
+    // Traces until the mean change of the coverages is below their tolerance, or two successive traces do not
+    // lower it. The rest is noise: traces to a relative error may differ by some rays.
     void steady() {
         begin_with_carried_coverages();
         const int most = model.coverages.most_iterations;
@@ -140,7 +139,7 @@ struct Tracing {
         };
         const int traces = settle_from(0);
         if (recipe.flux.method != "auto" || !model.sticking || are_of(model, request.methods)) return;
-        // Sites are taken now, and so will they be in the time steps that follow: methods are chosen anew.
+        // Sites are occupied here and in later time steps: chooses the methods again for this sticking.
         SharedTraces anew =
             shared_traces(model, choose_methods(recipe, model, surface, arriving,
                                                 sticking_left(model, surface, arriving), request));
@@ -153,9 +152,9 @@ struct Tracing {
         settle_from(traces);
     }
 
-    // The equal parts of a pulse on a bare surface, each traced with the coverages at its beginning, which
-    // react to the fluxes of its middle, gone on from the part before. Errors fall as sites are taken: those
-    // of the first part decide how many rays to gather, the last one's are reported.
+    // Traces the equal parts of a pulse on a bare surface. Each is traced with the coverages at its
+    // beginning; they react to fluxes extrapolated to its middle from the part before. Errors fall as sites
+    // fill: those of the first part decide how many rays to gather, those of the last part are reported.
     void pulsed() {
         const Coverages& coverages = model.coverages;
         arriving.coverage.assign(coverages.names.size(), std::vector<double>(arriving.wedges.count(), 0.0));
@@ -166,7 +165,7 @@ struct Tracing {
     }
 };
 
-// What a speed asks for where nothing is traced.
+// Builds what a speed needs if nothing is traced: a scene, or columns for vertical line of sight.
 void prepare_sight(const Model& model, double spacing, TracedSurface& surface, Timing& timing) {
     const bool line_of_sight = model.visibility.has_value();
     if (model.depends_on_position || model.speeds ||
@@ -198,8 +197,7 @@ void trace(const Recipe& recipe, const Model& model, const levelset::MaterialSta
             surface.arriving = std::move(tracing.arriving);
             return;
         } catch (const LeakError& leak) {
-            // A fold that simplification or a sharp edge left among thousands of time steps must not end the
-            // run.
+            // A fold left by simplification or sharp edges in one of many time steps must not end the run.
             if (!surface.simplified && !sharp) throw;
             if (request.warn)
                 request.warn(fmt::format("time step {}: {}: tracing the surface {} instead", request.key,

@@ -29,7 +29,7 @@ simplify::Options simplify_options(const SimplifySection& section, double spacin
     return options;
 }
 
-// Marks the vertices on periodic sides. Particles in a profile of one cell leave through no side across y.
+// Marks the vertices on periodic sides. In a profile one cell thick no particle leaves across y.
 std::vector<std::uint8_t> on_periodic_sides(const levelset::Domain& domain, const TriangleMesh& raw) {
     const bool crossed = domain.cells[1] > 1;
     std::vector<std::uint8_t> flags(raw.vertices.size(), 0);
@@ -43,14 +43,13 @@ std::vector<std::uint8_t> on_periodic_sides(const levelset::Domain& domain, cons
     return flags;
 }
 
-// Marks the vertices on sharp edges of an extracted surface, too.
+// Also marks the vertices on sharp edges of an extracted surface.
 void mark_sharp_edges(const TriangleMesh& raw, std::vector<std::uint8_t>& flags) {
     if (const Attribute* edge = raw.vertex_attribute(levelset::kEdgeAttribute))
         for (std::size_t v = 0; v < flags.size(); ++v) flags[v] |= edge->values[v] != 0.0;
 }
 
-// The mesh's outline on the side of least y, extruded to the opposite side: one radiosity unknown serves all
-// y.
+// The outline on the side of least y, extruded to the opposite side: one radiosity unknown serves all y.
 TriangleMesh extruded_side(const TriangleMesh& mesh, const levelset::Domain& domain) {
     constexpr std::uint32_t kNone = 0xffffffffu;
     TriangleMesh extruded;
@@ -64,14 +63,14 @@ TriangleMesh extruded_side(const TriangleMesh& mesh, const levelset::Domain& dom
         return copy[v];
     };
     using Edge = std::pair<std::uint32_t, std::uint32_t>;
-    std::vector<Edge> on_side;  // in the triangles' order
+    std::vector<Edge> on_side;  // ordered by triangle
     for (const auto& triangle : mesh.triangles)
         for (std::size_t k = 0; k < 3; ++k) {
             const std::uint32_t from = triangle[k], to = triangle[(k + 1) % 3];
             if (mesh.vertices[from].y() == domain.min[1] && mesh.vertices[to].y() == domain.min[1])
                 on_side.emplace_back(from, to);
         }
-    // A triangle that closes a corner lies on the side as a whole: what runs both ways is no part of the
+    // A triangle that closes a corner may lie in the side: edges that run both ways are no part of the
     // outline.
     std::vector<Edge> sorted = on_side;
     std::sort(sorted.begin(), sorted.end());
@@ -102,7 +101,7 @@ flux::LateralBox lateral_box(const levelset::Domain& domain) {
 std::vector<std::uint8_t> features_of(const Recipe& recipe, const levelset::MaterialStack& stack,
                                       const TriangleMesh& raw) {
     const double spacing = stack.domain.spacing;
-    // Vertices where grid levels meet lie on no edge of a grid.
+    // Between grid levels, vertices lie on no grid edge: the mesh's curvature is used then.
     const surface::Curvature curvature =
         stack.coarser ? surface::mesh_curvature(raw) : levelset::curvature(stack.top(), stack.domain, raw);
     const double parameter = recipe.simplify.feature_parameter.value_or(
@@ -112,7 +111,7 @@ std::vector<std::uint8_t> features_of(const Recipe& recipe, const levelset::Mate
     return flags;
 }
 
-// Whether all species are neutrals that are re-emitted more often than they stick, so that fluxes are smooth.
+// Whether all species are neutrals that are mostly re-emitted rather than stick, so that fluxes are smooth.
 bool spreads_evenly(const Model& model) {
     return std::ranges::all_of(model.species, [](const flux::Species& species) {
         return flux::goes_on_diffusely(species) && std::ranges::max(species.sticking) <= 0.5;
@@ -142,17 +141,17 @@ TracedSurface extract(const levelset::MaterialStack& stack, double time, Timing&
 
 bool coarsens(const Recipe& recipe, const Model& model, std::size_t triangles, std::optional<double> noise) {
     if (recipe.simplify.method != "auto") return recipe.simplify.method != "none";
-    // Longer elements flatten what varies over few cells: etched holes became 1 to 7 % less deep, whatever
-    // the rays, and a line has few elements as it is.
+    // Longer elements flatten fluxes that vary over few cells: etched holes became 1 to 7 % less deep,
+    // whatever the number of rays. A profile has few elements anyway.
     if (is_flat(recipe.domain) || !spreads_evenly(model)) return false;
     const auto n = static_cast<double>(triangles);
-    // On the surface as extracted the square of the relative error is about this times triangles over rays; a
-    // trace to an error begins with flux::first_round rays at least.
+    // On the extracted surface, (relative error)^2 is about this times triangles over rays. A trace to a
+    // relative error begins with at least flux::first_round rays.
     constexpr double kErrorOfRay = 0.12;
     if (const auto target = noise ? noise : recipe.flux.relative_error)
         return kErrorOfRay * n / (*target * *target) > static_cast<double>(flux::first_round(triangles));
-    // To an equal error a coarsened mesh takes a quarter of the rays or less, which spares about 0.5
-    // microseconds a ray; coarsening takes 4 a triangle.
+    // For an equal error a coarsened mesh needs at most a quarter of the rays, which saves about 0.5
+    // microseconds a ray; coarsening takes 4 microseconds a triangle.
     constexpr double kRaysOfTriangle = 8.0;
     const auto passes = static_cast<double>(flux::passes_of(model.species).size());
     return passes * static_cast<double>(recipe.flux.most_rays()) > kRaysOfTriangle * n;

@@ -18,7 +18,7 @@
 namespace sidewall::app {
 namespace {
 
-// Every tally of every species on a flat wafer, and the scales of those that depend on the material.
+// Fluxes of all tallies on a flat wafer, and factors for those that depend on the material.
 struct FlatFluxes {
     std::vector<double> tallies;
     std::vector<std::vector<double>> scales;  // by tally; empty: the same on all materials
@@ -53,7 +53,7 @@ FlatFluxes flat_fluxes(const Model& model) {
     return fluxes;
 }
 
-// Coverages under these fluxes.
+// The coverages that result from the fluxes of \p point.
 std::vector<double> flat_coverages(const Model& model, SurfacePoint point, double duration) {
     const Coverages& coverages = model.coverages;
     std::vector<double> theta(coverages.names.size(), 0.0);
@@ -83,7 +83,7 @@ std::string rate_text(double rate) {
     return rate == 0.0 ? "0" : fmt::format("{:+.3g}", rate);
 }
 
-// What the rates mean, in a sentence.
+// Describes the rates in a sentence.
 std::string meaning(const StepMaterials& here, const std::vector<BlanketRate>& rates, const Recipe& recipe,
                     double to_nm) {
     const auto name = [&](int id) { return recipe.materials[static_cast<std::size_t>(id)].name; };
@@ -106,7 +106,7 @@ std::string meaning(const StepMaterials& here, const std::vector<BlanketRate>& r
     return words;
 }
 
-// The selectivity of the material that is etched fastest to each of the others.
+// The selectivities of the fastest etched material to each of the others.
 std::string selectivities(const std::vector<BlanketRate>& rates, const Recipe& recipe) {
     const auto fastest = std::ranges::min_element(rates, {}, &BlanketRate::rate);
     if (fastest == rates.end() || !(fastest->rate < 0.0)) return {};
@@ -119,7 +119,7 @@ std::string selectivities(const std::vector<BlanketRate>& rates, const Recipe& r
     return list.empty() ? "" : fmt::format("; selectivity {}", fmt::join(list, ", "));
 }
 
-// The lowest point that the wafer may have before all steps; minus infinity where a file or a pattern says.
+// Lower bound of the wafer's lowest point before all steps; -infinity where a file or a pattern decides.
 double lowest_at_start(const Recipe& recipe) {
     double lowest = recipe.layers.empty() || !recipe.start.from.empty() ? -kInfinity : kInfinity;
     for (const Layer& layer : recipe.layers) {
@@ -127,14 +127,14 @@ double lowest_at_start(const Recipe& recipe) {
                           layer.shape == "box" || layer.shape == "mask",
                    recess = layer.shape == "trench" || layer.shape == "hole";
         if (layer.subtract || !(flat || recess)) return -kInfinity;
-        const double top = layer.top.value_or(0.0);  // a stack's lies higher
-        // The floor of a recess without a depth is the layer below.
+        const double top = layer.top.value_or(0.0);  // a stack's top lies above that
+        // A recess without a depth ends on the layer below.
         lowest = std::min(lowest, recess && layer.depth ? top - *layer.depth : top);
     }
     return lowest;
 }
 
-// How much steps etch and grow at most.
+// Upper bounds of the depth etched and the thickness grown.
 struct Reach {
     double etched = 0.0, grown = 0.0;
 
@@ -145,7 +145,7 @@ struct Reach {
     }
 };
 
-// What the steps of a recipe reach at their blanket rates, and the stops that lie beyond.
+// Adds up what the steps of a recipe reach at their blanket rates, and notes the stop conditions beyond that.
 class StopCheck {
   public:
     explicit StopCheck(const Recipe& recipe) : recipe_(recipe), lowest_(lowest_at_start(recipe)) {
@@ -168,7 +168,7 @@ class StopCheck {
         return all;
     }
 
-    // A loop's steps may have all its other rounds before them.
+    // Checks a loop's steps in its last pass, after all others.
     Reach rounds(const Step& loop, Reach before, const std::string& path) {
         std::vector<std::string> kept = std::move(notes);
         notes.clear();
@@ -184,7 +184,7 @@ class StopCheck {
 
     Reach meet(const Step& step, const Reach& before, const std::string& path) {
         const auto at = materials_.find(&step);
-        if (at == materials_.end()) {  // takes no time: masks alone leave the floor where it was
+        if (at == materials_.end()) {  // takes no time; only `mask` leaves the floor unchanged
             const double lowest = lowest_ - before.etched;
             if (step.model == "fill" && geometric_step(step.parameters)->height <= lowest)
                 notes.push_back(fmt::format(
@@ -200,7 +200,7 @@ class StopCheck {
         return reach;
     }
 
-    // The fastest rates; without a bound where a surface may move faster than an open wafer's.
+    // The fastest blanket rates; infinite if a surface may move faster than an open wafer's.
     static Reach most_of(const StepMaterials& here) {
         const Model& model = *here.step->built;
         if (here.step->model == "formula" || model.beam ||

@@ -34,30 +34,29 @@
 namespace sidewall::app {
 namespace {
 
-// The estimate so far.
+// The estimate while steps are being counted.
 struct Estimation {
     const Recipe& recipe;
-    Recipe measured;      // on the grid that is measured
-    RunState state;       // of the wafer on it
-    double cells = 1.0;   // of the recipe's grid for one of this
-    double effort = 0.0;  // seconds of tracing a step
+    Recipe measured;      // the recipe on the grid that is measured
+    RunState state;       // with the wafer on that grid
+    double cells = 1.0;   // cells of the recipe's grid per cell of that grid
+    double effort = 0.0;  // seconds to trace each step
     double limit = 0.0;   // seconds for all steps
     double start = now();
-    double lowest = 0.0;                         // below this the steps so far cannot etch
-    double measured_time = 0.0;                  // process time of the steps that were,
-    double left_out = 0.0;                       // and of those that the limit left out
-    double exchange_bytes = 0.0;                 // of the step whose radiosity takes the most
-    double last_rays = 0.0, last_seconds = 0.0;  // of a trace and the files with which the run ends
+    double lowest = 0.0;                         // z below which the steps so far cannot etch
+    double measured_time = 0.0;                  // process time of the measured steps
+    double left_out = 0.0;                       // process time of the steps beyond the limit
+    double exchange_bytes = 0.0;                 // largest of all steps, for radiosity's rays
+    double last_rays = 0.0, last_seconds = 0.0;  // of the trace and files that end the run
     Estimate total;
 };
 
-// The recipe on a grid that needs at most about this much memory, but four times coarser at most: more would
-// lose its shapes.
+// The recipe on a grid of at most about kMemory bytes, at most four times coarser so as not to lose shapes.
 Recipe on_coarser_grid(const Recipe& recipe, double memory) {
     constexpr double kMemory = 2e8, kCoarsest = 4.0;
     const double factor = std::min(kCoarsest, std::ceil(std::sqrt(memory / kMemory)));
     Recipe coarse = recipe;
-    // The wafer of an earlier run comes on its own grid.
+    // A wafer from another run keeps that run's grid.
     if (factor <= 1.0 || !recipe.start.from.empty()) return coarse;
     coarse.domain.grid_spacing = factor * domain_of(recipe).spacing;
     coarse.flux.averaging *= factor;
@@ -66,23 +65,23 @@ Recipe on_coarser_grid(const Recipe& recipe, double memory) {
         if (*length) **length *= factor;
     try {
         domain_of(coarse);
-    } catch (const RecipeError&) {  // no such spacing divides both extents
+    } catch (const RecipeError&) {  // this spacing does not divide both extents
         return recipe;
     }
     return coarse;
 }
 
-// Time steps of a step of constant speed, in pieces that end with saved surfaces.
+// Number of time steps at constant speed, in equal parts between saved surfaces.
 double time_steps(const Recipe& recipe, double duration, double speed) {
     const double pieces = recipe.output.every ? std::ceil(duration / *recipe.output.every) : 1.0;
     return pieces *
            equal_time_steps(duration / pieces, speed, domain_of(recipe).spacing, recipe.advection.cfl);
 }
 
-// Seconds to put the surface and what lies below it into files.
+// Seconds to write the surface and the interfaces below it to files.
 double seconds_to_save(const Model& model, const levelset::MaterialStack& stack,
                        const TracedSurface& surface) {
-    constexpr std::ptrdiff_t kEnough = 8;  // layers, to find what one takes
+    constexpr std::ptrdiff_t kEnough = 8;  // layers that suffice to time one
     const auto layers = std::min(std::ssize(stack.layers), kEnough);
     const levelset::MaterialStack upper = levelset::upper_layers(stack, layers);
     const double start = now();
@@ -93,8 +92,7 @@ double seconds_to_save(const Model& model, const levelset::MaterialStack& stack,
     return files / static_cast<double>(layers) * (extracted - start) + files * (now() - extracted);
 }
 
-// Seconds of what a run does with the wafer at the end of every step besides saving it: its pieces, figures
-// and volumes.
+// Seconds for the end of a step, without saving: the surface's pieces, figures and volumes.
 double seconds_to_close(const Recipe& recipe, const levelset::MaterialStack& stack) {
     const double start = now();
     const TriangleMesh surface = levelset::extract_surface(stack);
@@ -104,9 +102,9 @@ double seconds_to_close(const Recipe& recipe, const levelset::MaterialStack& sta
     return now() - start;
 }
 
-// The largest |V| of every material on the wafer, buried ones included, as an etch will reach them; at least
-// \p at_first. Films of earlier steps, which no time step has grown here, count everywhere, the step's own
-// one where it grows.
+// The largest |V| of all materials on the wafer, but at least \p at_first. Buried ones count, as an etch will
+// reach them. Films of earlier steps count everywhere, though no time step has grown them here; the step's
+// own film counts where it grows.
 double fastest_speed(const Model& model, const levelset::MaterialStack& stack, const levelset::Motion& motion,
                      double at_first) {
     double fastest = 0.0;
@@ -124,12 +122,12 @@ double fastest_speed(const Model& model, const levelset::MaterialStack& stack, c
     return std::max(fastest, at_first);
 }
 
-// The speed that leads to the step's stop condition: of the lowest points if it is a depth, else \p fastest.
+// The speed towards the step's stop condition: that of the lowest points for a depth, else \p fastest.
 double speed_to_stop(const Step& step, const levelset::MaterialStack& stack, const levelset::Motion& motion,
                      double fastest) {
     if (!step.stop_depth) return fastest;
     if (stack.coarser)
-        return speed_to_stop(step, *stack.coarser, *motion.coarser, fastest);  // the coarsest is everywhere
+        return speed_to_stop(step, *stack.coarser, *motion.coarser, fastest);  // it covers the whole domain
     const auto height = [](const levelset::SurfaceSample& s) {
         return s.node.z() + static_cast<double>(s.foot.z());
     };
@@ -142,8 +140,7 @@ double speed_to_stop(const Step& step, const levelset::MaterialStack& stack, con
     return speed;
 }
 
-// Measures the narrowest opening of the wafer before the first step, between a quarter and three quarters of
-// its height.
+// Measures the narrowest opening of the initial wafer, between 1/4 and 3/4 of its height.
 void measure_openings(Estimation& e) {
     const TriangleMesh surface = levelset::extract_surface(e.state.stack);
     if (surface.vertices.empty()) return;
@@ -162,7 +159,7 @@ void measure_openings(Estimation& e) {
     e.total.aspect_ratio = height / narrowest;
 }
 
-// Makes the first time step of a step that is repeated \p times, and counts what all of them come to.
+// Makes the first time step of a step and adds the cost of all its time steps and \p times repetitions.
 void count_step(Estimation& e, const Step& step, double times) {
     const Model& model = *step.built;
     if (model.deposit) levelset::begin_film(e.state.stack, *model.deposit);
@@ -208,7 +205,7 @@ void count_step(Estimation& e, const Step& step, double times) {
     advect(e.measured, motions, next, e.state.stack, timing);
     if (pilot.surface.arriving && pilot.surface.arriving->trace)
         field_to_carry(e.measured, model, pilot.surface,
-                       coverages_after(model, pilot.surface, next.dt));  // for its time alone
+                       coverages_after(model, pilot.surface, next.dt));  // only to time it
     moving += now() - start;
 
     const bool all_stages = e.recipe.flux.stages == "all" && !model.species.empty();
@@ -222,7 +219,7 @@ void count_step(Estimation& e, const Step& step, double times) {
         return steps * stages * pilot.later + pilot.at_start - pilot.later;
     };
     constexpr double kLater =
-        1.2;  // time steps take longer than the first as features deepen: the median of configs/quick
+        1.2;  // cost of a time step over that of the first: features deepen (median of configs/quick)
     const auto seconds_of = [&](double lasting, double steps) {
         const double saves = e.recipe.output.every ? lasting / *e.recipe.output.every : 1.0;
         return kLater * times *
@@ -233,7 +230,7 @@ void count_step(Estimation& e, const Step& step, double times) {
     e.total.time_steps += times * steps;
     e.total.rays += times * traces_in(steps) * pilot.rays;
     e.total.seconds += seconds_of(duration, steps);
-    // The fastest that the step can be on a flat wafer of what it meets, coverages as they come to be.
+    // Upper bound: blanket rates of all materials that the step meets, with settled coverages.
     const double anywhere = std::max(fastest, fastest_blanket(e.recipe, step));
     const double soonest = std::min(duration, lasts(anywhere));
     e.total.least_seconds += seconds_of(soonest, count(soonest, next.speed));
@@ -242,8 +239,8 @@ void count_step(Estimation& e, const Step& step, double times) {
 }
 
 void count_reshaping(Estimation& e, const Step& step, double times) {
-    // The wafer is as before the steps that take time: what they etch lies deeper. A coarser grid loses
-    // openings.
+    // Polishing below this wafer is no error if the steps before, of which only one time step was made, may
+    // etch as deep; nor on a coarser grid, which loses openings.
     if (step.model == "planarize") {
         const double height = geometric_step(step.parameters)->height;
         if (height < lowest_of_substrate(e.state.stack) && (height >= e.lowest || e.cells != 1.0)) return;
@@ -258,7 +255,7 @@ void count_reshaping(Estimation& e, const Step& step, double times) {
     for (double* total : {&e.total.seconds, &e.total.least_seconds, &e.total.most_seconds}) *total += seconds;
 }
 
-// The steps as written, each \p times as often as loops repeat it.
+// Counts the steps as written. \p times: how often the enclosing loops repeat them.
 void count(Estimation& e, const std::vector<Step>& steps, const std::string& number, double times) {
     for (std::size_t i = 0; i < steps.size(); ++i) {
         Step step = steps[i];
@@ -281,9 +278,9 @@ void count(Estimation& e, const std::vector<Step>& steps, const std::string& num
     }
 }
 
-// Seconds to build the recipe's wafer, roughly.
+// Rough number of seconds to build the recipe's wafer.
 double seconds_to_build(const Recipe& recipe) {
-    constexpr double kSeconds = 4e-6;  // a cell of a layer, of one thread
+    constexpr double kSeconds = 4e-6;  // for a cell and layer, on one thread
     const levelset::Domain domain = domain_of(recipe);
     const auto layers = static_cast<double>(layer_count(recipe));
     return kSeconds * domain.cells[0] * domain.cells[1] * layers / thread_count();
@@ -299,7 +296,7 @@ double written(const std::vector<Step>& steps) {
 
 Estimate estimate_run(const Recipe& recipe, double effort, double most_building) {
     const double memory = estimated_memory(recipe, domain_of(recipe));
-    constexpr double kProgram = 5e7;  // code, libraries and threads, whatever the recipe
+    constexpr double kProgram = 5e7;  // bytes of code, libraries and threads, for any recipe
     Estimation e{recipe, on_coarser_grid(recipe, memory), {}};
     e.total.memory = kProgram + memory;
     e.total.building = seconds_to_build(recipe);
@@ -321,9 +318,9 @@ Estimate estimate_run(const Recipe& recipe, double effort, double most_building)
             *figure *= whole;
     }
     e.total.rays += e.last_rays;
-    constexpr double kScatter = 2.0;        // nine in ten of the recipes in configs are within
+    constexpr double kScatter = 2.0;        // nine in ten of the recipes in configs take within this factor
     constexpr double kProgramStart = 0.03;  // seconds
-    // The summary compares with the first wafer.
+    // The time to build the wafer counts twice, as a margin.
     const double around = kProgramStart + 2.0 * e.total.building + e.last_seconds;
     e.total.seconds += around;
     e.total.least_seconds = (e.total.least_seconds + around) / kScatter;

@@ -15,7 +15,7 @@
 namespace sidewall::app {
 namespace {
 
-// Walls that a shape adds to the flat wafer.
+// Area of the walls that a shape adds to the flat wafer.
 double wall_area(const levelset::Shape& shape, const levelset::Domain& domain) {
     const double depth = std::isfinite(shape.depth) ? shape.depth : 0.0;
     const double length = domain.max[1] - domain.min[1], width = domain.max[0] - domain.min[0];
@@ -51,11 +51,11 @@ double wall_area(const levelset::Shape& shape, const levelset::Domain& domain) {
     }
 }
 
-// The least spacing that a recipe can have from \p least on, as it writes it.
+// The smallest spacing, at least \p least, that the recipe can use, as text.
 std::string spacing_from(double least, const Recipe& recipe, int levels) {
     if (levels > 1)
         if (std::string fits = spacing_for(levels, recipe.domain, least, least); !fits.empty()) return fits;
-    const double digit = std::pow(10.0, std::floor(std::log10(least)) - 2.0);  // the third
+    const double digit = std::pow(10.0, std::floor(std::log10(least)) - 2.0);  // unit of the third digit
     return fmt::format("{:.10g}", digit * std::ceil(least / digit * (1.0 - 1e-9)));
 }
 
@@ -64,7 +64,7 @@ std::string spacing_from(double least, const Recipe& recipe, int levels) {
 double estimated_memory(const Recipe& recipe, const levelset::Domain& domain) {
     const double flat = (domain.max[0] - domain.min[0]) * (domain.max[1] - domain.min[1]);
     double walls = 0.0, layers = 1.0;
-    bool known = true;  // where walls are
+    bool known = true;  // whether all walls have a known area
     for (const MaterialLayer& layer : expanded_layers(recipe)) {
         walls += wall_area(layer.shape, domain);
         layers += 1.0;
@@ -72,21 +72,21 @@ double estimated_memory(const Recipe& recipe, const levelset::Domain& domain) {
                 layer.shape.kind != levelset::ShapeKind::mesh;
     }
     const double area = flat + walls;
-    // With several levels, fine are the walls and as much again on either side of them, as a rule.
+    // With several levels, the finest usually covers the walls and as much again on either side of them.
     const int levels = grid_levels(recipe, domain);
     const double counted =
         known && levels > 1 ? std::min(area, 3.0 * walls + std::ldexp(flat, 2 - 2 * levels)) : area;
-    // A cell of surface: about 14 voxels in leaves (4 bytes a layer, and as much twice over for buffers and
-    // samples), two triangles with their hierarchy, attributes and tallies.
+    // Bytes of a cell of surface. kPerLayer: about 14 voxels (4 bytes a layer; twice as much for buffers and
+    // samples). kPerCell: two triangles with their hierarchy, attributes and tallies.
     constexpr double kPerLayer = 60.0, kPerCell = 1200.0;
     double cell = kPerCell + kPerLayer * layers;
-    if (recipe.flux.stages != "step") cell *= 2.0;  // the surface within the time step, besides its start
+    if (recipe.flux.stages != "step") cell *= 2.0;  // a second surface, within the time step
     if (recipe.flux.averaging > 0.0) {
         constexpr double kPerSample = 170.0;
         const double parts = std::ceil(2.0 * std::numbers::sqrt2 * domain.spacing / recipe.flux.averaging);
-        cell += 2.0 * parts * parts * kPerSample;  // of two triangles
+        cell += 2.0 * parts * parts * kPerSample;  // for two triangles
     }
-    // After another run or a geometric step the finest level is everywhere before columns are chosen.
+    // After another run or a geometric step the finest level covers everything until columns are chosen.
     return (counted * cell + (area - counted) * kPerLayer * layers) / (domain.spacing * domain.spacing);
 }
 

@@ -29,7 +29,7 @@ double seconds_of_reducing(const Timing& timing) {
     return timing.extract + timing.features + timing.simplify + timing.bvh;
 }
 
-// Rays of all species, and of how many.
+// Number of rays of all species, and number of species.
 std::pair<double, double> rays_of(const TracedSurface& surface) {
     double rays = 0.0;
     for (const flux::FluxResult& flux : surface.arriving->trace->species)
@@ -37,7 +37,7 @@ std::pair<double, double> rays_of(const TracedSurface& surface) {
     return {rays, static_cast<double>(surface.arriving->trace->species.size())};
 }
 
-// The most rays of radiosity, and the errors that they are for: what a recipe asks, or auto.
+// The most rays that radiosity may gather, and the relative errors asked for by the recipe or by auto.
 struct Asked {
     double most = 0.0;
     std::vector<double> errors;  // by species; 0: none
@@ -50,10 +50,10 @@ Asked asked_of(const FluxSection& flux, const std::vector<SpeciesMethod>& method
     return asked;
 }
 
-// Notes that the rays allowed do not reach the error asked for.
+// Adds a message if the allowed rays do not reach the error asked for.
 void note_error(const PilotRequest& e, const std::string& species, bool solved, double error, double asked,
                 Pilot& pilot) {
-    constexpr double kScatter = 1.1;  // of an estimate's error
+    constexpr double kScatter = 1.1;  // of the estimated error
     if (!(asked > 0.0) || !(error > kScatter * asked)) return;
     const FluxSection& flux = e.recipe.flux;
     pilot.short_of.push_back(fmt::format(
@@ -65,14 +65,14 @@ void note_error(const PilotRequest& e, const std::string& species, bool solved, 
         error, asked, flux.rays == 0 || flux.relative_error ? "asked for" : "of its paths"));
 }
 
-// Extrapolates a trace with radiosity from one of few rays: the number of rays, and with it the time of
-// gathering and solving, goes with the square of the error, as do the number and time of Monte Carlo paths.
+// Extrapolates a trace with radiosity from few rays. The number of rays needed, and with it the time of
+// gathering and solving, grows as 1/error^2; so do the number and the time of Monte Carlo paths.
 void count_solved(const PilotRequest& e, double seconds, double path_rays, double paths_needed,
                   Pilot& pilot) {
     const TraceReport& trace = *pilot.surface.arriving->trace;
     const Asked asked = asked_of(e.recipe.flux, pilot.methods);
     double gathered = 0.0, passes = 0.0, path_seconds = 0.0, worst = 0.0;
-    bool noisy = false;  // a profile's exchange is whole at once
+    bool noisy = false;  // a profile's exchange may be without noise (viewed)
     for (std::size_t k = 0; k < trace.species.size(); ++k) {
         const flux::FluxResult& result = trace.species[k];
         if (trace.methods[k].radiosity) {
@@ -95,7 +95,7 @@ void count_solved(const PilotRequest& e, double seconds, double path_rays, doubl
     }
     pilot.rays = passes * paths_needed;
     if (noisy) {
-        pilot.rays += needed / pilot.later;  // gathered once for all traces
+        pilot.rays += needed / pilot.later;  // one gather serves all traces
         pilot.exchange_bytes = static_cast<double>(flux::exchange_bytes(static_cast<std::uint64_t>(needed)));
     } else {
         const std::size_t wedges = pilot.surface.arriving->wedges.count();
@@ -105,8 +105,8 @@ void count_solved(const PilotRequest& e, double seconds, double path_rays, doubl
                     path_seconds * paths_needed / path_rays;
 }
 
-// Too few rays between points of the surface may leave some of it without a way out: then more, up to \p
-// most.
+// Few rays between surface points may leave some without a way out, so that the balance has no solution:
+// tries again with more rays, up to \p most.
 TracedSurface traced_if_enough(const PilotRequest& e, const Model& model, Recipe& probe,
                                const SurfaceField& carried, const TraceRequest& request, double most,
                                Timing& timing) {
@@ -135,7 +135,7 @@ Pilot trace_pilot(const PilotRequest& e, const Model& model) {
     const double few = std::min(most, 1e4);
     probe.flux.relative_error.reset();
     probe.flux.rays = static_cast<std::int64_t>(few);
-    // A profile's fluxes without noise give the mesh that the run will trace.
+    // In a profile radiosity has no noise: its fluxes lead to the same mesh as the run's.
     if (probe.flux.method == "auto")
         probe.flux.method = is_plane_profile(probe.domain) ? "radiosity" : "monte-carlo";
     if (probe.simplify.method == "auto") {
@@ -152,7 +152,7 @@ Pilot trace_pilot(const PilotRequest& e, const Model& model) {
     pilot.at_start = surface.arriving->trace->traces;
     pilot.later = model.coverages.pulse > 0.0 ? pilot.at_start : 1;
 
-    // A trace of few rays underestimates its error.
+    // A trace of few rays underestimates its error, so up to kUncertain times the estimated rays are allowed.
     constexpr double kUncertain = 4.0;
     const auto needed_for = [&](double rays) {
         const double error = target ? relative_error(surface) / *target : 0.0;
@@ -163,9 +163,8 @@ Pilot trace_pilot(const PilotRequest& e, const Model& model) {
         std::clamp(few * e.effort / (pilot.later * one), few, std::min(most, kUncertain * needed_for(few)));
     const bool any_solved = std::ranges::any_of(pilot.methods, &SpeciesMethod::radiosity);
     std::vector<SpeciesMethod> methods = pilot.methods;
-    if (any_solved) {  // as few as estimate its error, however large
-        constexpr double kRaysOfUnknown =
-            31.0;  // more would start where they matter, and leave some places few
+    if (any_solved) {                            // no more rays than an error estimate needs
+        constexpr double kRaysOfUnknown = 31.0;  // more are placed by importance, and leave some places few
         for (SpeciesMethod& method : methods) method.target = 0.0;
         rays = std::min(kRaysOfUnknown * static_cast<double>(surface.arriving->wedges.count()),
                         asked_of(e.recipe.flux, methods).most);
@@ -189,7 +188,7 @@ Pilot trace_pilot(const PilotRequest& e, const Model& model) {
     double needed = needed_for(rays);
     pilot.rays = rays_of(surface).first * needed / rays;
     pilot.error = relative_error(surface) * std::sqrt(e.cells * rays / needed);
-    if (target && relative_error(surface) <= *target && e.cells == 1.0) {  // the run will stop as early
+    if (target && relative_error(surface) <= *target && e.cells == 1.0) {  // trace as the run will
         probe.flux.relative_error = target;
         surface = trace_surface(probe, model, e.stack, carried, {.key = 1, .methods = pilot.methods}, first);
         const auto [all, times] = rays_of(surface);

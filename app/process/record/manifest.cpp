@@ -26,7 +26,7 @@ std::optional<FileNames> read_manifest(const fs::path& folder) {
     const std::string text = surface::read_whole_file(folder / kManifest);
     if (!text.starts_with(kHeader)) return std::nullopt;
     std::vector<std::string> lines = split(text, '\n');
-    lines.pop_back();  // nothing, or cut off
+    lines.pop_back();  // empty, or an incomplete line
     std::erase_if(lines, [](const std::string& line) { return !is_plain(line) || line[0] == '#'; });
     return FileNames(lines.begin(), lines.end());
 }
@@ -73,7 +73,7 @@ void remove_file(const fs::path& path) {
 void remove_partial_files(const fs::path& folder, const FileNames& names) {
     std::error_code failure;
     for (const auto& entry : fs::directory_iterator(folder, failure)) {
-        // The name of the file that it was to be, and that of the process.
+        // The name of the intended file, and the number of the process.
         static const std::regex partial(R"((.+?)(?:\.[\d-]+)?\.partial)");
         const std::string name = entry.path().filename().string();
         std::smatch match;
@@ -103,7 +103,7 @@ void remove_accuracy_records(const fs::path& parent) {
             for (const std::string& name : names) remove_file(folder / name);
             remove_file(folder / kManifest);
         }
-        fs::remove(folder, failure);  // fails where there is something else
+        fs::remove(folder, failure);  // fails if it is not empty
     }
 }
 

@@ -21,7 +21,7 @@
 namespace sidewall::app {
 namespace {
 
-// The user's own recipe must not be replaced by the effective one, which has no comments.
+// Refuses to replace the user's recipe file by the effective recipe, which has no comments.
 void spare_recipe(const std::string& file, const fs::path& copy, const std::string& effective) {
     std::error_code failure;
     if (fs::equivalent(file, copy, failure) && surface::read_whole_file(copy) != effective)
@@ -30,14 +30,14 @@ void spare_recipe(const std::string& file, const fs::path& copy, const std::stri
             file);
 }
 
-// More surfaces than any run of the recipe saves.
+// A number larger than the number of surfaces that any run of the recipe saves.
 std::size_t above_saved(const Recipe& recipe) {
     const std::vector<Step> steps = expanded_steps(recipe);
     if (!recipe.output.every) return steps.size() + 1;
     return static_cast<std::size_t>(total_duration(steps) / *recipe.output.every) + 2;
 }
 
-// Removes the runs made beside an earlier one to an accuracy.
+// Removes the runs to an accuracy that were made beside an earlier run.
 void remove_records(const fs::path& records) {
     std::error_code failure;
     if (!fs::is_directory(fs::symlink_status(records, failure)) || accuracy_records(records).empty()) return;
@@ -45,7 +45,7 @@ void remove_records(const fs::path& records) {
         const FolderLock lock(records);
         remove_accuracy_records(records);
     }
-    fs::remove(records, failure);  // fails where there is something else
+    fs::remove(records, failure);  // fails if it is not empty
 }
 
 std::string profile_name(const std::string& number, std::size_t plane) {
@@ -53,15 +53,14 @@ std::string profile_name(const std::string& number, std::size_t plane) {
                       : fmt::format("profile_{}_{}.csv", number, plane);
 }
 
-// Counts the last step's end row among the timeline's rows: another row follows, so no longer recipe takes it
-// back.
+// Counts the last step's end row among the timeline's rows: another row follows, so it is final.
 void count_end_row(RunState& state) {
     if (!state.end_row.empty()) ++state.rows;
     state.end_row.clear();
 }
 
 std::string with_measures(std::string row, const std::vector<Measure>& measures) {
-    for (const Measure& m : measures)  // none of something that is not there
+    for (const Measure& m : measures)  // empty if the wafer lacks the figure
         row += std::isfinite(m.value) ? fmt::format(",{:.9g}", m.value) : ",";
     return row;
 }
@@ -131,8 +130,8 @@ void RunFolder::refuse_foreign_files(bool has_manifest) const {
             (options_.output / foreign).string(), kManifest);
 }
 
-// Lists what to overwrite in a folder without a list of what a run wrote there: what its surface.pvd names,
-// and what this run would write over.
+// Lists what to overwrite in a folder without a manifest: files that its surface.pvd names, and files that
+// this run may write.
 void RunFolder::take_over() {
     const fs::path pvd = options_.output / "surface.pvd";
     const std::string listed = fs::is_regular_file(pvd) ? surface::read_whole_file(pvd) : "";
@@ -171,7 +170,7 @@ void RunFolder::begin(RunState& state) {
         begin_anew();
 }
 
-// Killed at any point, it leaves a folder that holds an unfinished run or nothing to go on from.
+// A program killed at any point in this function leaves an unfinished run, or nothing to resume.
 void RunFolder::begin_anew() {
     const fs::path& folder = options_.output;
     if (!names_.empty() && !options_.refines) remove_records(folder / kAccuracyFolder);
@@ -211,7 +210,7 @@ void RunFolder::refuse_changed(const char* name) const {
         (options_.output / name).string());
 }
 
-// Digest of the manifest's names, as they were when so many surfaces had been saved.
+// Digest of the manifest's names as of the time when \p saved surfaces had been saved.
 std::string RunFolder::digest_of_names(std::size_t saved) const {
     std::string text;
     for (const std::string& name : names_)
@@ -229,8 +228,8 @@ void RunFolder::require_unchanged(const RunState& state) const {
         refuse_changed("timeline.csv");
 }
 
-// Cuts the timeline to its header and the rows before the checkpoint, and gives the step that ended there its
-// row.
+// Cuts the timeline to its header and the rows before the checkpoint; if a step ended there, appends its
+// end row.
 void RunFolder::cut_timeline(RunState& state) const {
     const std::size_t rows = state.rows;
     if (rows == 0 && state.end_row.empty()) return remove_file(timeline());
@@ -245,7 +244,7 @@ void RunFolder::cut_timeline(RunState& state) const {
                                       timeline().string(), rows - state.rows, rows));
     }
     if (lines == 0)
-        state.end_row.clear();  // its columns have no names
+        state.end_row.clear();  // the header, which names its columns, is gone
     else if (!state.end_row.empty())
         kept += state.end_row + "\n";
     if (kept != text) write_file(timeline(), kept);
@@ -257,7 +256,7 @@ void RunFolder::revise(RunState& state) {
     checkpoint(state);
 }
 
-// Files that are removed while the run goes on are no result: `rm -r` leaves a folder that gets new ones.
+// If files are removed during the run (`rm -r`), stops rather than fill a folder that lacks the others.
 void RunFolder::require_there() const {
     for (const char* name : {"recipe.toml", kManifest})
         if (!is_there(options_.output / name))
@@ -265,7 +264,7 @@ void RunFolder::require_there() const {
                           (options_.output / name).string());
 }
 
-// Lists files in the manifest, before they are made.
+// Lists files in the manifest before they are made.
 void RunFolder::list(std::vector<std::string> names) {
     std::erase_if(names, [&](const std::string& name) { return !names_.insert(name).second; });
     add_to_manifest(options_.output, names);
@@ -360,8 +359,8 @@ void RunFolder::checkpoint(RunState& state) const {
     if (!writes_) return;
     require_there();
     const PhaseClock clock(state.timing.output);
-    // The checkpoint counts the timeline's rows: they are on the disk before it is. Rows after it come again.
-    // Where it is unknown whether there is a timeline, opening it says why.
+    // The checkpoint counts the timeline's rows, so these must be on the disk first. A resumed run writes
+    // later rows again. If it is unknown whether there is a timeline, opening it throws with the reason.
     std::error_code unknown;
     state.timeline.clear();
     if (fs::exists(timeline(), unknown) || unknown) {
@@ -379,7 +378,7 @@ Json RunFolder::finish(const RunState& state, const std::vector<Step>& steps, co
         summary["ranks"] = Json{{"count", options_.shares.ranks}, {"seconds_in_sums", seconds_in_sums()}};
     if (!writes_) return summary;
     require_there();
-    write_manifest(options_.output, names_);  // in order
+    write_manifest(options_.output, names_);  // sorted
     write_json((options_.output / "summary.json").string(), summary);
     return summary;
 }

@@ -12,39 +12,39 @@
 
 namespace sidewall::app {
 
-/// Writes a run's folder. Every file is whole or absent, and listed in manifest.txt before it is made. Where several
-/// processes make the run, rank 0 writes; the others keep the same state, and go on when rank 0 knows what the folder holds.
+/// Writes a run's folder. Each file is complete or absent, and listed in manifest.txt before it is made. If
+/// several processes make the run, rank 0 writes; the others keep the same state and wait for rank 0's view
+/// of the folder.
 class RunFolder {
   public:
-    /// Makes the folder, keeps other processes from writing there, and finds what it holds; changes nothing
-    /// else. Keeps references to \p options and \p recipe.
+    /// Makes the folder, locks it against other processes, and finds what it holds; changes nothing else.
+    /// Keeps references to \p options and \p recipe.
     /// \throws IoError if another process writes there; RecipeError if a new run would replace a file that no
-    ///         run has written, an unfinished run or another recipe's result, and options.overwrite does not
-    ///         ask for it.
+    ///         run has written, an unfinished run or another recipe's result without options.overwrite.
     RunFolder(const RunOptions& options, const Recipe& recipe);
 
-    /// The run goes on from the folder's checkpoint; else it begins at time 0.
+    /// Whether the run continues from the folder's checkpoint; else it begins at time 0.
     bool goes_on() const { return goes_on_; }
-    /// The folder holds a run that has ended.
+    /// Whether the folder holds a finished run.
     bool finished() const { return finished_; }
-    /// Checks what a run wrote before its checkpoint.
-    /// \throws FileError if its timeline or its manifest is another one.
+    /// Checks that the files written before the checkpoint are unchanged.
+    /// \throws FileError if the timeline or the manifest has changed.
     void require_unchanged(const RunState& state) const;
-    /// Removes what an earlier run wrote; of a run that goes on, what it wrote since the checkpoint.
-    /// \throws FileError as require_unchanged(), of a run that goes on.
+    /// Removes the files of an earlier run; of a run that continues, those written since its checkpoint.
+    /// \throws FileError as require_unchanged(), if the run continues.
     void begin(RunState& state);
 
-    /// The recipe has changed: it and a checkpoint of it are written.
+    /// Writes a changed recipe and a checkpoint with it.
     void revise(RunState& state);
 
     /// Whether a surface is to be saved at this time.
     bool due(const RunState& state) const;
     /// Writes surface, traced mesh, material interfaces and profiles, and lists them in surface.pvd.
-    /// \param after  the step at whose end the wafer is so; empty within a step.
+    /// \param after  name of the step that ends at this time; empty within a step.
     void save(RunState& state, const Model& model, const TracedSurface& surface, const std::string& after);
-    /// Adds a row to timeline.csv: the surface before the time step \p next.
+    /// Adds a row to timeline.csv: the surface before time step \p next. Adds its noise to the state.
     void record(RunState& state, const Step& step, const TracedSurface& surface, const TimeStep& next);
-    /// Adds a row to timeline.csv: the surface and its measures at the end of a step, with no time step.
+    /// Adds a row to timeline.csv for the surface and its measures at the end of a step.
     void record_end(RunState& state, const Step& step, const TriangleMesh& surface,
                     const std::vector<Measure>& measures);
     void checkpoint(RunState& state) const;
@@ -52,7 +52,7 @@ class RunFolder {
     Json finish(const RunState& state, const std::vector<Step>& steps, const TracedSurface& surface);
 
   private:
-    enum class Held { nothing, run, result, other_run, other_result };  // of this recipe or another one
+    enum class Held { nothing, run, result, other_run, other_result };  // other_*: of another recipe
     void claim();
     Held holds() const;
     void take_over();
@@ -75,8 +75,8 @@ class RunFolder {
 
     const RunOptions& options_;
     const Recipe& recipe_;
-    std::string effective_;           // recipe
-    std::optional<FolderLock> lock_;  // held by the first rank only
+    std::string effective_;           // the effective recipe
+    std::optional<FolderLock> lock_;  // held by rank 0 only
     FileNames names_;                 // in the manifest
     bool writes_;
     bool goes_on_ = false, finished_ = false;

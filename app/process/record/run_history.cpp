@@ -28,7 +28,7 @@ History begin_history(const levelset::MaterialStack& stack, std::size_t material
     note_layers(stack, history);
     history.initial = by_material(history.layer_materials, history.layer_volumes, materials);
     history.most = history.initial;
-    // The substrate's is counted from z = 0 down: it has no end.
+    // The substrate's volume counts from z = 0; as it has no lower end, there is no largest volume.
     history.most[static_cast<std::size_t>(history.layer_materials.front())] = 0.0;
     history.added.resize(materials, 0.0);
     history.removed.resize(materials, 0.0);
@@ -38,7 +38,7 @@ History begin_history(const levelset::MaterialStack& stack, std::size_t material
 void end_step(const levelset::MaterialStack& stack, std::size_t step, StepEnd end,
               const std::function<bool(int)>& may_grow, History& history) {
     history.ends.resize(step + 1);
-    end.grown = history.ends[step].grown;  // of a step that is extended
+    end.grown = history.ends[step].grown;  // nonzero if the step is extended
     history.ends[step] = std::move(end);
     const std::vector<int> before_materials = std::move(history.layer_materials),
                            materials = layer_materials(stack);

@@ -12,87 +12,86 @@
 
 namespace sidewall::app {
 
-/// Something that happened to the wafer and that its user should hear of at once.
+/// Something that happened to the wafer and is reported to the user at once.
 struct Event {
-    std::string kind;      ///< kVanished and the like
-    double time = 0.0;     ///< process time at which it was seen
-    std::size_t step = 0;  ///< of the recipe, loops unrolled, that did it
-    std::string material;  ///< what vanished or came off; empty if it is no matter of materials
+    std::string kind;      ///< kVanished, kDetached, ...
+    double time = 0.0;     ///< process time of the time step that found it
+    std::size_t step = 0;  ///< index of the recipe's step that caused it, loops unrolled
+    std::string material;  ///< what vanished or came off; empty for other events
     std::size_t count = 1;
-    double volume = 0.0;     ///< of all that came off or was shut in
-    Vec3 at = Vec3::Zero();  ///< the top of the largest of these, or the lowest or highest point of a surface
-                             ///< at its end
+    double volume = 0.0;     ///< total of the pieces or voids
+    Vec3 at = Vec3::Zero();  ///< highest point of the largest piece or void; or lowest or highest point of a
+                             ///< surface that has reached the bottom or top
 };
 
-inline constexpr const char* kVanished = "material-vanished";    ///< nothing is left of it
-inline constexpr const char* kDetached = "piece-detached";       ///< it hangs in the gas
-inline constexpr const char* kVoidClosed = "void-closed";        ///< gas that nothing gets into any more
-inline constexpr const char* kBottomReached = "bottom-reached";  ///< of the substrate
-inline constexpr const char* kTopReached = "top-reached";        ///< of the room for films
+inline constexpr const char* kVanished = "material-vanished";    ///< less than 1 % of a material is left
+inline constexpr const char* kDetached = "piece-detached";       ///< a piece of material hangs in the gas
+inline constexpr const char* kVoidClosed = "void-closed";        ///< gas is shut in
+inline constexpr const char* kBottomReached = "bottom-reached";  ///< the bottom of the substrate
+inline constexpr const char* kTopReached = "top-reached";        ///< the top of the room for films
 
-inline constexpr const char* kDuration = "duration";  ///< what ends a step that no stop condition ends
+inline constexpr const char* kDuration =
+    "duration";  ///< StepEnd::stopped_by if no stop condition ended the step
 
-/// Noise of the time steps of a step that were traced (process/noise.hpp).
+/// Sums over the traced time steps of a step, for its noise (process/noise.hpp).
 struct StepNoise {
-    double squares = 0.0;  ///< sum of (relative error times time)^2
-    double time = 0.0;     ///< sum of times
-    double dt = 0.0;       ///< of the last of them
+    double squares = 0.0;  ///< of (relative error * dt)^2
+    double time = 0.0;     ///< of dt
+    double dt = 0.0;       ///< the last time step's, no sum
 };
 
 /// How a step of the recipe ended.
 struct StepEnd {
-    double duration = 0.0;           ///< that it took, over-etch and all
-    std::string stopped_by;          ///< kDuration, or the key of the stop condition that held
-    double grown = 0.0;              ///< volume that all materials gained in it, less what they lost
-    double time = 0.0;               ///< process time then
-    bool has_stop = false;           ///< the step has a stop condition
-    std::optional<double> endpoint;  ///< process time at which a stop condition held, if one did
-    double over_etch = 0.0;          ///< time after it
-    std::optional<double> endpoint_bare, bare;  ///< shares of the floor (process/endpoint.hpp) that were bare
-                                                ///< at the endpoint and at the end, if it stops at a material
-    std::vector<Measure> measures;              ///< of the wafer then
+    double duration = 0.0;                      ///< process time taken, including over-etch
+    std::string stopped_by;                     ///< kDuration, or the key of the stop condition that held
+    double grown = 0.0;                         ///< volume gained by all materials less volume lost
+    double time = 0.0;                          ///< process time at its end
+    bool has_stop = false;                      ///< the step has a stop condition
+    std::optional<double> endpoint;             ///< process time at which a stop condition first held
+    double over_etch = 0.0;                     ///< time after the endpoint
+    std::optional<double> endpoint_bare, bare;  ///< bare share of the floor (process/endpoint.hpp) at the
+                                                ///< endpoint and at the end, if it stops at a material
+    std::vector<Measure> measures;              ///< of the wafer at its end
     StepNoise noise;
 };
 
-/// Events and volumes that summary.json reports of a run, and what it needs to know for that. Part of
-/// its state.
+/// Events and volumes that summary.json reports, and what is needed to find them. Part of the run's state.
 struct History {
     std::vector<Event> events;
-    std::vector<StepEnd> ends;          ///< of the steps made, loops unrolled
-    std::vector<double> initial, most;  ///< volumes at time 0 and the largest after a step, by material
+    std::vector<StepEnd> ends;          ///< by step done, loops unrolled
+    std::vector<double> initial, most;  ///< by material: volume at time 0; largest then or after a step
     std::vector<double> added,
-        removed;  ///< by material: sums over the steps, positive; added is 0 of what no step could grow
+        removed;  ///< by material: sums over all steps, positive; added is 0 for what no step can grow
 
-    // When the step at hand began.
+    // At the beginning of the current step:
     std::vector<int> layer_materials;
     std::vector<double> layer_volumes;
 
-    // At the last check.
-    std::vector<std::uint8_t> present;  ///< by material: something of it is left
+    // At the last call of note_events:
+    std::vector<std::uint8_t> present;  ///< by material: whether it has not vanished
     std::vector<Box3> hanging, voids;
     bool bottom_reached = false, top_reached = false;
 
-    std::vector<std::size_t> found;  ///< by layer, where levelset::volume_left found it; not saved
+    std::vector<std::size_t> found;  ///< by layer: where levelset::volume_left found it; not saved
 };
 
 /// The history of a run that begins with \p stack.
 History begin_history(const levelset::MaterialStack& stack, std::size_t materials);
 
-/// Notes that step number \p step ended, and what it added and removed since the one before: by layer, and so
-/// that a material which one layer loses and another gains counts twice; by material where the step has
-/// changed the list of layers.
-/// \param may_grow  of a material's id: whether the step can grow it. What another one gains is the grid's error and counts
-///                  as nothing.
+/// Records that step \p step has ended, and the volumes added and removed in it. They are counted by layer,
+/// so a material that one layer loses and another gains counts in both sums; by material if the step has
+/// changed the list of layers other than by films on top.
+/// \param may_grow  of a material id: whether the step can grow it. Other gains are grid errors, and ignored.
 void end_step(const levelset::MaterialStack& stack, std::size_t step, StepEnd end,
               const std::function<bool(int)>& may_grow, History& history);
 
-/// Notes the layers that the next step begins with; end_step has done so unless they have changed since.
+/// Records the layers that the next step begins with; only needed if they have changed since end_step.
 void note_layers(const levelset::MaterialStack& stack, History& history);
 
-/// Makes room for the materials of a recipe that goes on from another one.
+/// Resizes the lists to the number of materials of a new recipe.
 void fit(History& history, std::size_t materials);
 
-/// \throws FileError if it is not the history of a run with so many materials that has come to step number \p step.
+/// \throws FileError if it is no history of a run with so many materials that has come to step \p step.
 void require_whole(const History& history, std::size_t materials, std::size_t step);
 
 }  // namespace sidewall::app

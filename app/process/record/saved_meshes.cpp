@@ -65,7 +65,7 @@ TriangleMesh traced_mesh(const Model& model, const TracedSurface& surface) {
 TriangleMesh result_mesh(const Model& model, const levelset::MaterialStack& stack,
                          const TracedSurface& surface, levelset::CutMesh cut) {
     TriangleMesh mesh = std::move(cut.mesh);
-    std::vector<std::string> names;  // of fluxes, then coverages
+    std::vector<std::string> names;  // fluxes, then coverages
     for (const std::string& name : flux_names(model.species)) names.push_back("flux_" + name);
     const std::size_t n = mesh.triangles.size(), tallies = names.size();
     for (const std::string& name : model.coverages.names) names.push_back("coverage_" + name);
@@ -111,7 +111,7 @@ TriangleMesh result_mesh(const Model& model, const levelset::MaterialStack& stac
         mesh.triangle_attributes.push_back({names[k], 1, Scalar::float64, std::move(column)});
     }
     mesh.triangle_attributes.push_back({"rate", 1, Scalar::float64, std::move(rate)});
-    // Errors are those of the mesh that was traced, which may be this one.
+    // Vertex errors belong to the traced mesh, so they apply only if this is the traced mesh.
     const bool same_vertices = !surface.simplified && !(stack.coarser && stack.layers.size() > 1);
     for (std::size_t k = 0; k < model.species.size() && same_vertices; ++k)
         for (std::size_t tally = 0; tally < flux::tally_count(model.species[k]); ++tally) {
@@ -155,7 +155,7 @@ std::optional<Result> wafer_of_checkpoint(const fs::path& folder) {
     if (state.is_saved()) return std::nullopt;
     if (is_there(folder / "surface.pvd"))
         for (const SavedSurface& saved : saved_surfaces(folder))
-            if (saved.number >= state.saved) return std::nullopt;  // after the checkpoint
+            if (saved.number >= state.saved) return std::nullopt;  // saved after the checkpoint
     Result result = wafer_result(recipe, state.stack, state.process_time());
     result.source = folder / "checkpoint.vdb";
     result.folder = folder;
@@ -165,7 +165,7 @@ std::optional<Result> wafer_of_checkpoint(const fs::path& folder) {
 std::vector<Measure> measure_saved(const fs::path& folder, const Recipe& recipe,
                                    const std::optional<SavedSurface>& saved, bool anew) {
     const RunState state = read_checkpoint(folder, recipe, kAgain).state;
-    // The last checkpoint of a run comes before its last surface.
+    // A run writes its last checkpoint before its last surface.
     const bool last = saved && saved->number == state.stacks.size() && saved->time == state.process_time();
     if (!saved || last) return measure(recipe, state.stack, levelset::extract_surface(state.stack));
     if (saved->number >= state.stacks.size())

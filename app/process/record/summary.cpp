@@ -20,10 +20,10 @@
 namespace sidewall::app {
 namespace {
 
-// Digits that a figure deserves. Times are known exactly; a front to a thousandth of a grid spacing or so.
+// Significant digits of figures. Times are exact; a front is known to about a thousandth of a grid spacing.
 constexpr int kTimeDigits = 9, kDigits = 6, kErrorDigits = 4;
 
-// Less than a shift of the wafer's surface by this part of a grid spacing is rounding.
+// Volume changes below a shift of the whole surface by this share of a grid spacing count as rounding.
 constexpr double kLeastShift = 1e-6;
 
 double wafer_area(const levelset::Domain& domain) {
@@ -41,7 +41,7 @@ Json seconds_json(const Timing& timing) {
     return json;
 }
 
-// The mean rate of the whole wafer in a time: growth if positive, etching if negative; NaN of no time.
+// Mean rate of the whole wafer over a time: positive for growth, negative for etching; NaN if the time is 0.
 double mean_rate(double grown, const levelset::Domain& domain, double time) {
     return settled(grown, domain) / (wafer_area(domain) * time);
 }
@@ -100,7 +100,7 @@ Json flux_json(const TracedSurface& surface) {
     return list;
 }
 
-// All that happened, and once more what vanished.
+// Adds all events, and the vanished materials also in a list apart.
 void add_events(const Recipe& recipe, const std::vector<Step>& steps, const History& history, Json& summary) {
     summary["events"] = summary["vanished"] = Json::array();
     for (const Event& event : history.events) {
@@ -124,7 +124,7 @@ void add_events(const Recipe& recipe, const std::vector<Step>& steps, const Hist
     }
 }
 
-// Adds the volumes of every material that there ever was, and their net changes as measures.
+// Adds the volumes of all materials that ever were on the wafer, and their net changes as measures.
 void add_volumes(const Recipe& recipe, const RunState& state, Json& summary, std::vector<Measure>& measures) {
     const History& history = state.history;
     const std::string &length = recipe.domain.length_unit, &time = recipe.domain.time_unit;
@@ -156,7 +156,7 @@ void add_volumes(const Recipe& recipe, const RunState& state, Json& summary, std
             {"mean_rate", mean_rate(grown, domain, state.process_time()), length + "/" + time});
 }
 
-// The grid's levels as they were last, the finest first.
+// The grid's levels at the end of the run, the finest first.
 Json grid_json(const levelset::MaterialStack& stack) {
     Json levels = Json::array();
     const std::vector<std::size_t> voxels = levelset::voxels_by_level(stack);
@@ -224,7 +224,7 @@ std::string timeline_row(const RunState& state, const Step& step, const TracedSu
     const auto& traced = surface.traced();
     std::uint64_t segments = 0, leaked = 0;
     double error = 0.0;
-    // Fluxes of an earlier time step have no error of their own.
+    // Fluxes reused from an earlier time step come without errors.
     const bool reused = surface.arriving && !surface.arriving->trace;
     if (surface.arriving && surface.arriving->trace)
         for (const flux::FluxResult& flux : surface.arriving->trace->species) {
@@ -246,7 +246,7 @@ std::string timeline_end_row(const RunState& state, const Step& step, const Tria
 
 std::vector<std::size_t> row_ends(const std::string& text, std::size_t most) {
     std::vector<std::size_t> ends{0};
-    bool quoted = false;  // names of steps held line breaks in earlier versions
+    bool quoted = false;  // step names may hold line breaks in files of old versions
     for (std::size_t at = 0; at < text.size() && ends.size() <= most; ++at) {
         if (text[at] == '"') quoted = !quoted;
         if (text[at] == '\n' && !quoted) ends.push_back(at + 1);

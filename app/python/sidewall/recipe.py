@@ -10,7 +10,7 @@ from ._sidewall import ReadRecipe
 
 def _toml(value):
     """A value on one line of TOML."""
-    if hasattr(value, "tolist"):  # of NumPy
+    if hasattr(value, "tolist"):  # a NumPy array or number
         value = value.tolist()
     if isinstance(value, bool):
         return "true" if value else "false"
@@ -55,7 +55,7 @@ class Recipe:
         self._take([f"{key}={_toml(value)}" for key, value in (settings or {}).items()])
 
     def _take(self, changes):
-        self._read = self._read_with(changes)  # raises before anything has changed
+        self._read = self._read_with(changes)  # raises before this recipe has changed
         self._changes = changes
         self._values = tomllib.loads(self._read.effective)
 
@@ -67,7 +67,7 @@ class Recipe:
         try:
             for quoted, name, index in re.findall(r"[\"']([^\"']*)[\"']|([\w-]+)|\[(\d+)\]", key):
                 if not index and value is self._values["step"]:
-                    (value,) = _named(value, name or quoted)  # --set below tells which names there are
+                    (value,) = _named(value, name or quoted)  # ValueError unless exactly one; --set below then lists the names
                 else:
                     value = value[int(index)] if index else value[name or quoted]
             return value

@@ -40,10 +40,10 @@ enum Record : std::uint8_t {
 struct Entry {
     std::uint8_t type = 0;
     std::string_view data;
-    std::size_t at = 0;  // its first byte in the file
+    std::size_t at = 0;  // position of the record in the file
 };
 
-// What one element gathers until its end.
+// Fields of an element, collected until its end.
 struct Element {
     std::uint8_t kind = 0;
     int layer = 0, datatype = 0, path_type = 0;
@@ -104,7 +104,7 @@ class GdsParser {
         return static_cast<std::int32_t>(value);
     }
 
-    // Sign, exponent of 16 plus 64, 56 bits of fraction.
+    // GDSII real: a sign bit, 7 bits of exponent to base 16, offset by 64, and 56 bits of fraction.
     double real(std::string_view data) const {
         if (data.size() < 8) fail("a record is too short");
         std::uint64_t fraction = 0;

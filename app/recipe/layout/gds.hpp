@@ -6,9 +6,9 @@
 
 namespace sidewall::app {
 
-/// Reads a GDSII stream file from its bytes. Texts, nodes and properties are skipped.
+/// Parses a GDSII stream file. Texts, nodes and properties are skipped.
 /// \param name  for messages.
-/// \throws FileError for anything damaged, naming the byte, and for too much (layout.hpp).
+/// \throws FileError with the byte for damaged files, and where limits are exceeded (layout.hpp).
 Layout parse_gds(std::string_view bytes, const std::string& name);
 
 }  // namespace sidewall::app

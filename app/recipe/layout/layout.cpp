@@ -22,9 +22,9 @@ void keep(Layout& layout, LayoutCell& cell, LayoutShape shape) {
     cell.shapes.push_back(std::move(shape));
 }
 
-// Whether the points of a path lie on a line, one after another, as far as rounding to database units shows.
+// Whether the points of a path follow each other on a straight line, within the rounding to database units.
 bool is_straight(const levelset::Polygon& points) {
-    constexpr double kRounded = 1.5;  // units that two rounded points can put a third off their line
+    constexpr double kRounded = 1.5;  // units that rounding may put a point off the line of two others
     if (points.size() < 2) return false;
     const auto [x, y] = points.front();
     const double dx = points.back()[0] - x, dy = points.back()[1] - y, length = std::hypot(dx, dy);
@@ -42,7 +42,7 @@ constexpr std::size_t kMostBytes = 1'000'000'000;
 constexpr double kMostPlacements = 1e7, kMostPolygons = 2e6, kMostFlatCorners = 2e7;
 constexpr double kFarthest = 1e3;  // metres
 
-// x -> m x + o
+// Affine map x -> m x + o.
 struct Placement {
     double m[2][2] = {{1.0, 0.0}, {0.0, 1.0}};
     std::array<double, 2> o{0.0, 0.0};
@@ -63,13 +63,13 @@ struct Placement {
     double magnification() const { return std::sqrt(std::abs(m[0][0] * m[1][1] - m[0][1] * m[1][0])); }
 };
 
-// What a cell becomes with all it refers to. Numbers of a hostile file leave the range of integers.
+// What a cell expands to with all below it. In double: a hostile file may exceed any integer.
 struct Expansion {
     double placements = 1.0, polygons = 0.0, corners = 0.0;
 };
 
-// A cell on the way down from the top one, and the reference that is next: loops, so that the depth of a
-// file's hierarchy is no matter of the program's stack.
+// A cell on the path from the top cell, and its next reference. The path is a list, not recursion, so that a
+// deep hierarchy cannot overflow the stack.
 struct Frame {
     const std::string* name;
     const LayoutCell* cell;
@@ -86,7 +86,7 @@ struct Flattener {
 
     [[noreturn]] void fail(const std::string& what) const { throw FileError("{}: {}", layout.file, what); }
 
-    // Without a cell where the file has none of that name.
+    // A frame at the cell of that name; its cell is null if the file lacks it.
     Frame frame(const std::string& name, const Placement& place = {}) const {
         const auto found = layout.cells.find(name);
         if (found == layout.cells.end()) return {nullptr, nullptr, place};
@@ -99,7 +99,7 @@ struct Flattener {
         return static_cast<double>(layout.repetitions[repetition].count());
     }
 
-    // What the shapes of a cell and all below it become, the latter counted before.
+    // Expansion of a cell; those of the cells below it are known.
     Expansion sum_of(const LayoutCell& cell) const {
         Expansion sum;
         for (const LayoutShape& shape : cell.shapes)
@@ -109,13 +109,13 @@ struct Flattener {
             }
         for (const AbsolutePath& path : cell.paths)
             if (wanted(path)) {
-                // Pieces of 32 points or more, up to six corners a bend, and 100 of both round ends.
+                // Upper bound: pieces of at least 32 points, six corners a bend, 100 for round ends.
                 sum.polygons += 1.0 + static_cast<double>(path.points.size()) / 32.0;
                 sum.corners += 100.0 + 8.0 * static_cast<double>(path.points.size());
             }
         for (const CellReference& r : cell.references) {
             const Frame at = frame(r.cell);
-            if (at.cell == nullptr || expansion.at(at.cell).polygons == 0.0) continue;  // is not placed
+            if (at.cell == nullptr || expansion.at(at.cell).polygons == 0.0) continue;  // never placed
             const Expansion& below = expansion.at(at.cell);
             sum.placements += copies(r.repetition) * below.placements;
             sum.polygons += copies(r.repetition) * below.polygons;
@@ -124,9 +124,9 @@ struct Flattener {
         return sum;
     }
 
-    // Counts what \p top and all below it become, those below first, and checks that none refers to itself.
+    // Computes the expansion of \p top and all cells below it, bottom up; refuses circular references.
     void count(const std::string& top) {
-        std::set<const LayoutCell*> open;  // those on the way down
+        std::set<const LayoutCell*> open;  // cells on the current path
         std::vector<Frame> path{frame(top)};
         if (path[0].cell == nullptr) fail(fmt::format("cell {}: there is none of that name", top));
         open.insert(path.back().cell);
@@ -195,7 +195,7 @@ struct Flattener {
         }
     }
 
-    // Cells in the order of their references, arrays row by row.
+    // Polygons in the order of the references, arrays row by row.
     std::vector<levelset::Polygon> flatten(const std::string& top) const {
         std::vector<levelset::Polygon> polygons;
         std::vector<Frame> path{frame(top)};
@@ -272,7 +272,7 @@ Layout parse_layout(std::string_view bytes, const std::string& name) {
         return parse_layout(*unpacked, name);
     }
     if (bytes.starts_with(kOasisMagic)) return parse_oasis(bytes, name);
-    // A GDSII file begins with a header of six bytes.
+    // A GDSII file begins with a header record of six bytes.
     if (!bytes.starts_with(std::string_view("\0\6\0\2", 4)))
         throw FileError("{}: is neither GDSII nor OASIS, plain or in gzip; export one of these", name);
     return parse_gds(bytes, name);
@@ -288,10 +288,10 @@ Layout read_layout(const std::filesystem::path& path) {
 
 std::optional<std::string> inflated(std::string_view packed, Packing packing, std::size_t most) {
     z_stream stream{};
-    // zlib's words for bare data and for gzip's.
+    // zlib's window arguments: 16 more for gzip, negative for bare deflate data.
     if (inflateInit2(&stream, packing == Packing::gzip ? 16 + MAX_WBITS : -MAX_WBITS) != Z_OK) return {};
     stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
-    stream.avail_in = static_cast<uInt>(packed.size());  // files are below 1 GB
+    stream.avail_in = static_cast<uInt>(packed.size());  // fits: files are below 1 GB
     std::string bytes;
     std::array<char, 65536> buffer{};
     int code = Z_OK;
@@ -300,7 +300,7 @@ std::optional<std::string> inflated(std::string_view packed, Packing packing, st
         stream.avail_out = static_cast<uInt>(buffer.size());
         code = inflate(&stream, Z_NO_FLUSH);
         bytes.append(buffer.data(), buffer.size() - stream.avail_out);
-        // A gzip file may have several members.
+        // A gzip file may consist of several members.
         const bool another = packing == Packing::gzip && code == Z_STREAM_END && stream.avail_in > 2 &&
                              stream.next_in[0] == 0x1f && stream.next_in[1] == 0x8b;
         if (another) code = inflateReset(&stream);

@@ -12,15 +12,14 @@
 namespace sidewall::app {
 namespace {
 
-// Corners of CTRAPEZOIDs by type, x and y in turn, of the width w and the height h: W and H are twice as
-// much, d is w - h and e is h - w.
+// Corners of CTRAPEZOIDs by type, x and y in turn: width w, height h, W = 2 w, H = 2 h, d = w - h, e = h - w.
 constexpr std::array<std::string_view, 26> kCompact = {
     "000hdhw0", "000hwhd0", "00hhwhw0", "h00hwhw0", "00hhdhw0", "h00hwhd0", "00hhwhd0",
     "h00hdhw0", "000hwew0", "000ewhw0", "000hwhww", "0w0hwhw0", "000hweww", "0w0ewhw0",
     "000ewhww", "0w0hwew0", "000ww0",   "000www",   "00www0",   "0wwww0",   "00hhH0",
     "0hHhh0",   "000Www",   "0wwWw0",   "000hwhw0", "000wwww0"};
 
-// What a record leaves out is as in one before it.
+// Modal variables: a record that omits a field uses the last value given before.
 struct Modal {
     bool relative = false;
     std::array<double, 2> at{}, placement{}, text{};
@@ -53,7 +52,7 @@ class OasisParser {
     }
 
   private:
-    // A cell that is known by its number, until all names are read.
+    // Key of a cell known by number only, until all names are read. No valid name begins with a line break.
     static std::string key_of(std::uint64_t number) { return fmt::format("\n{}", number); }
 
     std::string named(const std::string& key) const {
@@ -65,7 +64,7 @@ class OasisParser {
 
     template <class Value>
     const Value& known(const std::optional<Value>& value) const {
-        if (!value) in_.fail("an element leaves out what no other gave before");
+        if (!value) in_.fail("an element omits a value that no element before it has set");
         return *value;
     }
 
@@ -79,13 +78,13 @@ class OasisParser {
         open_.reset();
     }
 
-    // Tables of names; of these only cells' count.
+    // Reads a record of a table of names; keeps those of cells. Returns whether it was one.
     bool names(std::uint64_t type) {
         if (type < 3 || (type > 12 && type != 30 && type != 31)) return false;
         if (type >= 30) in_.number();
         std::string text = in_.text();
         const bool numbered = type == 31 || (type <= 10 && type % 2 == 0);
-        if (type == 11 || type == 12) {  // intervals of layers and of their types
+        if (type == 11 || type == 12) {  // two intervals: of layers and of datatypes
             for (int k = 0; k < 2; ++k) {
                 const std::uint64_t kind = in_.number();
                 if (kind > 4) in_.fail("an interval of layers is of an unknown type");
@@ -101,7 +100,7 @@ class OasisParser {
         return true;
     }
 
-    // All but what is drawn.
+    // Handles records that draw nothing. Returns whether it was one.
     bool modes(std::uint64_t type) {
         switch (type) {
             case 0:
@@ -186,7 +185,7 @@ class OasisParser {
         }
     }
 
-    // The place and the repetition that end each element.
+    // Reads the position and repetition at the end of each element; returns the index of the repetition.
     std::uint32_t end_element(bool x, bool y, bool repeated, std::array<double, 2>& at) {
         for (std::size_t a = 0; a < 2; ++a)
             if (a == 0 ? x : y) at[a] = in_.signed_length() + (modal_.relative ? at[a] : 0.0);
@@ -227,7 +226,7 @@ class OasisParser {
         end_element((info & 0x10) != 0, (info & 0x08) != 0, (info & 0x04) != 0, modal_.text);
     }
 
-    // The first byte of a shape, which tells what follows, and its layer.
+    // Reads the first byte of a shape, which says which fields follow, and the layer.
     LayoutShape shape() {
         info_ = in_.byte();
         if ((info_ & 0x01) != 0) modal_.layer = in_.number();
@@ -243,7 +242,7 @@ class OasisParser {
         if ((info_ & 0x20) != 0) modal_.height = in_.length();
     }
 
-    // Reads the place of a shape, whose corners are relative to it.
+    // Reads the position of a shape and moves its corners there.
     void end_shape(LayoutShape& shape) {
         shape.repetition =
             end_element((info_ & 0x10) != 0, (info_ & 0x08) != 0, (info_ & 0x04) != 0, modal_.at);
@@ -309,13 +308,13 @@ class OasisParser {
         double w = known(modal_.width), h = known(modal_.height);
         const double a = type != 25 ? in_.signed_length() : 0.0, b = type != 24 ? in_.signed_length() : 0.0;
         const bool upright = (info_ & 0x80) != 0;
-        // The file gives it with parallel sides along x, the first one on top, and turns it.
+        // The file describes the trapezoid with parallel sides along x, the first on top, then turns it.
         if (upright) std::swap(w, h);
         trapezoid.polygon = {{std::max(a, 0.0), h},
                              {w + std::min(b, 0.0), h},
                              {w - std::max(b, 0.0), 0.0},
                              {-std::min(a, 0.0), 0.0}};
-        if (upright)  // the first one is on the left
+        if (upright)  // the first side becomes the left one
             for (auto& [x, y] : trapezoid.polygon) {
                 y = h - y;
                 std::swap(x, y);

@@ -6,13 +6,13 @@
 
 namespace sidewall::app {
 
-/// What an OASIS file begins with.
+/// First bytes of an OASIS file.
 inline constexpr std::string_view kOasisMagic = "%SEMI-OASIS\r\n";
 
-/// Reads an OASIS 1.0 file (SEMI P39) from its bytes. Texts, properties and names of layers are skipped.
+/// Parses an OASIS 1.0 file (SEMI P39). Texts, properties and names of layers are skipped.
 /// \param name  for messages.
-/// \throws FileError for anything damaged, naming the byte, for what OASIS 1.0 leaves to others (XGEOMETRY), and for too
-///         much (layout.hpp).
+/// \throws FileError with the byte for damaged files and for XGEOMETRY, which OASIS 1.0 leaves undefined; and
+///         where limits are exceeded (layout.hpp).
 Layout parse_oasis(std::string_view bytes, const std::string& name);
 
 }  // namespace sidewall::app

@@ -8,8 +8,8 @@
 namespace sidewall::app {
 namespace {
 
-constexpr std::size_t kMostUnpacked = 1'000'000'000;           // bytes of all blocks
-constexpr std::uint64_t kMostTimes = std::uint64_t{1} << 31U;  // along an axis of a repetition
+constexpr std::size_t kMostUnpacked = 1'000'000'000;           // bytes of all blocks of a file
+constexpr std::uint64_t kMostTimes = std::uint64_t{1} << 31U;  // copies along an axis of a repetition
 
 }  // namespace
 
@@ -96,7 +96,7 @@ std::string OasisStream::text() {
     return std::string(bytes_.substr(position_ - size, size));
 }
 
-// East, north, west, south, and those between, north-east first.
+// Directions: east, north, west, south, north-east, north-west, south-west, south-east.
 std::array<double, 2> OasisStream::along(std::uint64_t direction, double length) const {
     constexpr int kX[] = {1, 0, -1, 0, 1, -1, -1, 1}, kY[] = {0, 1, 0, -1, 1, 1, -1, -1};
     return {kX[direction] * length, kY[direction] * length};

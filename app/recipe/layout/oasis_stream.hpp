@@ -8,8 +8,8 @@
 
 namespace sidewall::app {
 
-/// The numbers, texts and lists of an OASIS file (SEMI P39), in turn. Every function reads what stands next.
-/// \throws FileError, as every function, where the file is damaged or ends, naming the byte.
+/// Reads the numbers, texts and lists of an OASIS file (SEMI P39) in sequence.
+/// \throws FileError, in every function, with the byte where the file is damaged or ends.
 class OasisStream {
   public:
     OasisStream(std::string_view bytes, const std::string& name, std::size_t start)
@@ -17,26 +17,26 @@ class OasisStream {
 
     [[noreturn]] void fail(const std::string& what) const;
 
-    /// The type of the next record. A block of compressed records that is open ends where it has no more.
+    /// Type of the next record. At the end of a compressed block, reading continues after the block.
     std::uint64_t record();
 
-    /// Opens a block of compressed records, CBLOCK.
+    /// Opens a block of compressed records (CBLOCK).
     void open_block();
 
     std::uint8_t byte();
     std::uint64_t number();
-    double length();         ///< an unsigned integer as a number, at most 2^53
-    double signed_length();  ///< between -2^53 and 2^53
+    double length();         ///< an unsigned integer of at most 2^53, as double
+    double signed_length();  ///< an integer between -2^53 and 2^53, as double
     double real() { return real(number()); }
     double real(std::uint64_t type);
     std::string text();
-    std::array<double, 2> displacement();  ///< a g-delta
+    std::array<double, 2> displacement();  ///< of type g-delta
 
-    /// A list of points, the first of which is the origin. With \p closed right-angled ones have a last one that is not
-    /// written.
+    /// A list of points that begins at the origin. With \p closed, adds the last point that right-angled
+    /// lists omit.
     levelset::Polygon points(bool closed);
 
-    /// A repetition but of type 0, whose type has been read.
+    /// A repetition whose \p type has been read and is not 0.
     Repetition repetition(std::uint64_t type);
 
   private:

@@ -272,7 +272,7 @@ TEST_CASE("what cannot be evaluated is refused where it stands, with the nearest
     refuses("rate = -1\nparameters = { k = \"1/0\" }\n", {"parameters.k", "finite"});
     for (const char* name : {"cos", "x", "time", "pi", "max", "E", "density"})
         refuses(std::string("rate = -1\nparameters = { ") + name + " = 1 }\n",
-                {"parameters", "something else"});
+                {"parameters", "fixed meaning"});
     refuses("rate = -1\nparameters = { \"2k\" = 1 }\n", {"letters, digits and _"});
     refuses("rate = -1\nspecies = [{ name = \"F-2\" }]\n", {"species[0].name", "letters, digits and _"});
     refuses("rate = -1\nspecies = [{ name = \"F\" }]\nparameters = { F = 1 }\n", {"name of another"});
@@ -336,7 +336,7 @@ TEST_CASE(
     std::vector<double> theta{0.0, 0.0};
     CHECK_THROWS_AS(wild.model.coverages.react(wild.point("Si", some, theta), 0.0, theta), NumericsError);
     CHECK_THROWS_WITH(wild.model.coverages.react(wild.point("Si", some, theta), 0.0, theta),
-                      Contains("coverages.a") && Contains("does not settle"));
+                      Contains("coverages.a") && Contains("does not converge"));
 }
 
 TEST_CASE(

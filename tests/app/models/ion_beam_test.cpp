@@ -95,9 +95,9 @@ TEST_CASE("a note tells where a redeposition rate makes matter") {
     // A flat wafer's mean yield at 100 eV: sqrt(100) - sqrt(20) = 5.53.
     const auto many = notes(rate + "redeposition_rate = 0.02\n");
     REQUIRE(many.size() == 3);
-    CHECK_THAT(many[0], Contains("step[0].redeposition_rate makes matter: where the beam hits Si, 5."));
+    CHECK_THAT(many[0], Contains("step[0].redeposition_rate creates matter: where the beam hits Si, 5."));
     CHECK_THAT(many[1], Contains("hits PolySi, 5."));
-    CHECK_THAT(many[2], Contains("hits Mask, atoms come down and none leave"));
+    CHECK_THAT(many[2], Contains("hits Mask, atoms redeposit and none are sputtered"));
     CHECK(notes(rate + "redeposition_rate = 0.003\n").size() == 1);  // the mask gives off without losing
     CHECK(notes(rate + "redeposition_fraction = 1.0\n").empty());
 }

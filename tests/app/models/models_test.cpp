@@ -218,8 +218,8 @@ TEST_CASE("a gas that makes no sense is refused with its place") {
     CHECK(gas("mean_free_path = 0").find("step[0].mean_free_path = 0: must be greater than 0") !=
           std::string::npos);
     CHECK(gas("pressure = -1").find("step[0].pressure = -1: must be") != std::string::npos);
-    CHECK(gas("mean_free_path = 1\npressure = 1").find("step[0].pressure = 1: comes with mean_free_path") !=
-          std::string::npos);
+    CHECK(gas("mean_free_path = 1\npressure = 1")
+              .find("step[0].pressure = 1: cannot be combined with mean_free_path") != std::string::npos);
     CHECK(gas("temperature = 400").find("step[0].temperature = 400: belongs to pressure") !=
           std::string::npos);
     CHECK(gas("molecule_diameter = 0.4").find("belongs to pressure") != std::string::npos);

@@ -130,7 +130,7 @@ TEST_CASE("a line that is not there, or no line, is refused with what to choose"
         {"length_unit = \"um\"\n[[cut]]\nlayer = \"63/0\"", "", "must be a section"},
         {"extent = [4]\n[cut]\nlayer = \"63/0\"\nline = 1", "", "domain.extent = "},
         {"[cut]\nlayer = \"63/0\"\nline = 1", "position = [0, 9]\n", "do not meet the line"},
-        {"[cut]\nlayer = \"63/0\"\nline = 1", "blur = [0.1]\n", "seen from above"},
+        {"[cut]\nlayer = \"63/0\"\nline = 1", "blur = [0.1]\n", "blurred outlines end along y"},
     };
     for (const Row& row : rows) {
         const std::string answer = refusal_of(recipe_on(folder, row.domain, row.mask));
