@@ -2,10 +2,10 @@
 
 namespace {
 
-// Calls end_by_message() before the static initialisers of the libraries. That of OpenVDB's logging starts
-// threads, and throws if the system refuses them.
+// Calls install_terminate_handler() before the static initialisers of the libraries. That of OpenVDB's
+// logging starts threads, and throws if the system refuses them.
 [[gnu::section(".preinit_array"),
-  gnu::used]] void (*const before_libraries)() = sidewall::app::end_by_message;
+  gnu::used]] void (*const before_libraries)() = sidewall::app::install_terminate_handler;
 
 }  // namespace
 

@@ -24,7 +24,7 @@ constexpr std::size_t kBeams = 16;     // for a tilted source over a rotating wa
 // its axis all directions of one polar angle give the same answer.
 constexpr std::size_t kDirections = 256, kRoundDirections = 1024;
 // Lower bound of -d . z in the weight 1 / (-d . z), which diverges at grazing directions.
-constexpr double kLeastRise = 1e-2;
+constexpr double kMinRise = 1e-2;
 
 // A direction towards the source, with the mean energy factor of each yield.
 struct SourceSample {
@@ -90,18 +90,18 @@ std::vector<SourceSample> source_samples(const Species& species, const Vec3& axi
 
 // A point a skin off the surface from which rays test the visibility of the source, with its triangle's
 // normal and the area that it represents.
-struct Lookout {
+struct VisibilityProbe {
     Vec3 point = Vec3::Zero(), normal = Vec3::Zero();
     double area = 0.0;
 };
 
 // The lookout near corner \p k of triangle \p t, moved from it towards the centroid by the share \p inside.
-Lookout lookout_at(const TriangleMesh& mesh, const LateralBox& box, double skin, std::size_t t, std::size_t k,
-                   double inside) {
+VisibilityProbe probe_at(const TriangleMesh& mesh, const LateralBox& box, double skin, std::size_t t,
+                         std::size_t k, double inside) {
     const Vec3 twice = area_vector(mesh, t), normal = twice.normalized();
-    Lookout out{(1.0 - inside) * mesh.vertices[mesh.triangles[t][k]] + inside * triangle_centroid(mesh, t) +
-                    skin * normal,
-                normal, 0.5 * twice.norm()};
+    VisibilityProbe out{(1.0 - inside) * mesh.vertices[mesh.triangles[t][k]] +
+                            inside * triangle_centroid(mesh, t) + skin * normal,
+                        normal, 0.5 * twice.norm()};
     for (std::size_t axis = 0; axis < 2; ++axis)
         if (box.boundary[axis] != Boundary::open) {
             double& x = out.point[static_cast<Eigen::Index>(axis)];
@@ -113,32 +113,32 @@ Lookout lookout_at(const TriangleMesh& mesh, const LateralBox& box, double skin,
 
 // Adds the lookout of the wedge at corner \p c, at the centroid of the wedge's hat function: 3/4 of the
 // distance to the triangle's centroid, or, on a surface of revolution, 1/3 of the segment's length.
-void add_lookout(const TriangleMesh& mesh, const Wedges& wedges, const LateralBox& box, double skin,
-                 std::size_t c, std::vector<Lookout>& own) {
+void add_probe(const TriangleMesh& mesh, const Wedges& wedges, const LateralBox& box, double skin,
+               std::size_t c, std::vector<VisibilityProbe>& own) {
     constexpr double kMiddle = 0.75, kThird = 0.5;
     const std::size_t t = c / 3, k = c % 3;
     if (!box.axial) {
-        own.push_back(lookout_at(mesh, box, skin, t, k, kMiddle));
+        own.push_back(probe_at(mesh, box, skin, t, k, kMiddle));
         return;
     }
     // A segment has two triangles: take the one whose other two corners lie on the other ring.
     const std::uint32_t* const ring = &wedges.corner[3 * t];
     if (ring[(k + 1) % 3] == ring[k] || ring[(k + 2) % 3] == ring[k]) return;
-    own.push_back(lookout_at(mesh, box, skin, t, k, kThird));
+    own.push_back(probe_at(mesh, box, skin, t, k, kThird));
     const Vec3& end = mesh.vertices[mesh.triangles[t][k]];
     own.back().area =
         own.back().point.x() * std::hypot(own.back().point.x() - end.x(), own.back().point.z() - end.z());
 }
 
 // One lookout for every wedge: near the vertex, in the largest triangle of its fan.
-std::vector<std::vector<Lookout>> lookouts_near(const TriangleMesh& mesh, const Wedges& wedges,
-                                                const LateralBox& box, double skin) {
+std::vector<std::vector<VisibilityProbe>> probes_near(const TriangleMesh& mesh, const Wedges& wedges,
+                                                      const LateralBox& box, double skin) {
     constexpr double kNearVertex = 0.2;
-    std::vector<std::vector<Lookout>> places(wedges.count());
+    std::vector<std::vector<VisibilityProbe>> places(wedges.count());
     for (std::size_t c = 0; c < wedges.corner.size(); ++c) {
-        std::vector<Lookout>& own = places[wedges.corner[c]];
+        std::vector<VisibilityProbe>& own = places[wedges.corner[c]];
         if (own.empty() || triangle_area(mesh, c / 3) > own[0].area)
-            own = {lookout_at(mesh, box, skin, c / 3, c % 3, kNearVertex)};
+            own = {probe_at(mesh, box, skin, c / 3, c % 3, kNearVertex)};
     }
     return places;
 }
@@ -158,7 +158,7 @@ std::vector<std::uint8_t> in_half_shadow(const Wedges& wedges, std::span<const d
 }  // namespace
 
 bool has_direct_flux(const Species& species) {
-    if (goes_on_diffusely(species) || species.desorbs || std::isfinite(species.mean_free_path) ||
+    if (only_reemits_diffusely(species) || species.desorbs || std::isfinite(species.mean_free_path) ||
         species.source_beta != 0.0)
         return false;
     if (species.bins.empty()) return species.source_exponent >= kLeastExponent;
@@ -196,7 +196,7 @@ DirectFlux::DirectFlux(const Species& species) {
         for (const SourceSample& sample : samples) {
             const double cosine = std::min(1.0, normal.dot(sample.towards));
             if (!(cosine > 0.0)) continue;
-            const double arrivals = sample.weight * cosine / std::max(kLeastRise, sample.towards.z());
+            const double arrivals = sample.weight * cosine / std::max(kMinRise, sample.towards.z());
             table_[n] += arrivals;
             for (std::size_t k = 1; k < tallies(); ++k)
                 table_[k * azimuths_ * kAngles + n] +=
@@ -290,13 +290,14 @@ std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const Tri
     // penumbra is one cell (dx) wide, it loses 1 % of the source.
     const bool all = coarse || box.axial;
     const auto in_fans = [&](std::span<const std::uint8_t> chosen) {
-        std::vector<std::vector<Lookout>> places(wedges.count());
+        std::vector<std::vector<VisibilityProbe>> places(wedges.count());
         for (std::size_t c = 0; c < wedges.corner.size(); ++c)
             if (const std::uint32_t w = wedges.corner[c]; chosen.empty() || chosen[w] != 0)
-                add_lookout(mesh, wedges, box, skin, c, places[w]);
+                add_probe(mesh, wedges, box, skin, c, places[w]);
         return places;
     };
-    const std::vector<std::vector<Lookout>> from = all ? in_fans({}) : lookouts_near(mesh, wedges, box, skin);
+    const std::vector<std::vector<VisibilityProbe>> from =
+        all ? in_fans({}) : probes_near(mesh, wedges, box, skin);
     std::vector<std::vector<double>> open(direct.beams(), std::vector<double>(wedges.count(), 0.0));
     for (std::size_t b = 0; b < direct.beams(); ++b) {
         std::vector<DirectFlux::Direction> towards = direct.towards(b, box.axial           ? 4
@@ -305,7 +306,7 @@ std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const Tri
         for (DirectFlux::Direction& d : towards)
             if (geometry.straight) d.towards.y() = 0.0;
         // The visible share of the beam at a lookout.
-        const auto share_at = [&](const Lookout& out) {
+        const auto share_at = [&](const VisibilityProbe& out) {
             std::array<Vec3, surface::RayPacket::kRays> paths;
             std::array<double, surface::RayPacket::kRays> weights;
             constexpr std::size_t kEnough = 16;
@@ -314,7 +315,7 @@ std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const Tri
                 std::size_t count = 0;
                 for (; next < towards.size() && count < paths.size(); ++next) {
                     const Vec3& d = towards[next].towards;
-                    weights[count] = towards[next].weight * d.dot(out.normal) / std::max(kLeastRise, d.z());
+                    weights[count] = towards[next].weight * d.dot(out.normal) / std::max(kMinRise, d.z());
                     if (weights[count] > 0.0) paths[count++] = d;
                 }
                 const std::uint32_t seen = sees_source(geometry, out.point, std::span(paths).first(count));
@@ -327,11 +328,11 @@ std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const Tri
             }
             return all > 0.0 ? arrives / all : 0.0;
         };
-        const auto look = [&](const std::vector<std::vector<Lookout>>& places) {
+        const auto look = [&](const std::vector<std::vector<VisibilityProbe>>& places) {
             tbb::parallel_for(tbb::blocked_range<std::size_t>(0, wedges.count(), 64), [&](const auto& range) {
                 for (std::size_t w = range.begin(); w != range.end(); ++w) {
                     double sum = 0.0, area = 0.0;
-                    for (const Lookout& out : places[w]) {
+                    for (const VisibilityProbe& out : places[w]) {
                         sum += out.area * share_at(out);
                         area += out.area;
                     }

@@ -124,7 +124,7 @@ inline std::vector<std::string> tally_names(const Species& species) {
 
 /// Whether particles of a species only stick or are re-emitted diffusely: neutrals without energy, yields or
 /// redeposition, whose sticking alone decides how much is re-emitted.
-inline bool goes_on_diffusely(const Species& species) {
+inline bool only_reemits_diffusely(const Species& species) {
     return species.reflection.kind == Reemission::diffuse && !(species.reflection.to > 0.0) &&
            species.energy.mean == 0.0 && species.yields.empty() && !species.redeposition;
 }
@@ -137,7 +137,7 @@ inline bool is_untilted(const Species& species) {
 /// Whether the paths of both species have the same distribution, so that one pass can trace them together.
 /// True of neutrals from equal sources that differ only in their sticking.
 inline bool same_paths(const Species& a, const Species& b) {
-    return goes_on_diffusely(a) && goes_on_diffusely(b) && a.source_exponent == b.source_exponent &&
+    return only_reemits_diffusely(a) && only_reemits_diffusely(b) && a.source_exponent == b.source_exponent &&
            a.beam == b.beam && a.rotating == b.rotating && !a.desorbs && !b.desorbs && a.bins == b.bins &&
            a.source_beta == b.source_beta && a.mean_free_path == b.mean_free_path;
 }

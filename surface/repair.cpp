@@ -227,7 +227,7 @@ Repairs repair(TriangleMesh& mesh, const RepairOptions& options) {
     return done;
 }
 
-std::string words_on(const Repairs& repairs) {
+std::string repair_summary(const Repairs& repairs) {
     std::vector<std::string> words;
     for (const auto& [count, what] :
          {std::pair(repairs.unused, "vertices that no triangle uses were dropped"),

@@ -49,6 +49,6 @@ struct RepairOptions {
 Repairs repair(TriangleMesh& mesh, const RepairOptions& options = {});
 
 /// Summary of the repairs in one line for the user; empty if there were none.
-std::string words_on(const Repairs& repairs);
+std::string repair_summary(const Repairs& repairs);
 
 }  // namespace sidewall::surface

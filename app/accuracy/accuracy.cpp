@@ -28,7 +28,7 @@ constexpr double kCoarsest = 4.0, kFinest = 0.25;
 // Ratio of one grid spacing to the next: a smaller one would cost as much again for little.
 constexpr double kLeastRatio = 1.4, kMostRatio = 2.0;
 // Share of the accuracy asked for that each bar may take; the squares add up to 1.
-constexpr double kGridShare = 0.7, kNoiseShare = 0.5, kSimplifyShare = 0.5;
+constexpr double kGridPart = 0.7, kNoiseShare = 0.5, kSimplifyPart = 0.5;
 // Rays relative to those of the recipe, scaled from its grid spacing to that of the run.
 constexpr double kFewestRays = 0.25, kMostRays = 32.0;
 constexpr int kDigits = 6;
@@ -236,7 +236,7 @@ class Refiner {
             excess =
                 std::max(excess, noise * noise_factor(noise_->on, next, flat_) / (kNoiseShare * now.asked));
             change = std::max(change, (simplification - noise) * spacing / noise_->on.spacing /
-                                          (kSimplifyShare * now.asked));
+                                          (kSimplifyPart * now.asked));
         }
         if (change > 1.0) settings.method = method_ = "none";
         if (!traced_ || !(excess > 0.0)) return settings;
@@ -258,8 +258,8 @@ class Refiner {
         for (const AskedAccuracy& asked : asked_) {
             const AccuracyBars now = bars(asked);
             reached = reached && now.reached();
-            wanted = std::max(
-                wanted, now.known && now.asked > 0.0 ? now.grid / (kGridShare * now.asked) : kMostRatio);
+            wanted = std::max(wanted,
+                              now.known && now.asked > 0.0 ? now.grid / (kGridPart * now.asked) : kMostRatio);
         }
         if (reached) return std::nullopt;
         const double spacing = grids_.back().spacing, least = kFinest * spacing_ * 0.999,

@@ -95,7 +95,7 @@ void print_notes(const Recipe& recipe, const std::string& file);
 std::filesystem::path default_output(const std::string& recipe_file,
                                      const std::vector<std::string>& overrides = {});
 
-/// Which wafer of a run's folder a command takes: the one at the end of a step, or the saved one nearest to a
+/// Choice of the wafer of a run that a command takes: the one at the end of a step, or the saved one nearest to a
 /// time. Without either, the wafer at the end, or the last one that an unfinished run has reached.
 struct WaferChoice {
     std::string step;

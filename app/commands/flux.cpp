@@ -67,7 +67,7 @@ TriangleMesh read_repaired(const std::string& path) {
             "makes its surface all around",
             path);
     flux::require_traceable(mesh);
-    const std::string words = surface::words_on(surface::repair(mesh));
+    const std::string words = surface::repair_summary(surface::repair(mesh));
     if (!words.empty()) print_warning(fmt::format("sidewall flux: {}: {}", path, words));
     return mesh;
 }
@@ -207,7 +207,7 @@ void run_flux(const FluxArguments& arguments) {
             "{}: relative error {:.3g} after {} rays, above the {:.3g} asked for{}: {} or ask for less",
             arguments.mesh, error, found.emitted, *arguments.relative_error,
             arguments.output.empty() && arguments.json.empty() ? "" : " (what they gave is written)",
-            json.value("discretisation_error", 0.0) > flux::kElementsAlone * *arguments.relative_error
+            json.value("discretisation_error", 0.0) > flux::kDiscretisationShare * *arguments.relative_error
                 ? fmt::format("{:.3g} of it are the linear elements, so give a finer mesh",
                               json["discretisation_error"])
                 : "allow more rays with --rays");

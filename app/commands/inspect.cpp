@@ -83,9 +83,9 @@ Json mesh_json(const TriangleMesh& mesh) {
 }
 
 /// What other commands repair when they read the mesh, or why they refuse it; "" if it needs no repair.
-std::string import_words(TriangleMesh mesh) {
+std::string repair_note(TriangleMesh mesh) {
     try {
-        return surface::words_on(surface::repair(mesh));
+        return surface::repair_summary(surface::repair(mesh));
     } catch (const GeometryError& error) {
         return std::string("refused: ") + error.what();
     }
@@ -212,7 +212,7 @@ void inspect(const std::string& input, const std::string& json_file, const Wafer
     if (result.folder) json["finished"] = unfinished.empty();
     json["file"] = result.source.string();
     json["surface"] = mesh_json(result.surface);
-    json["surface"]["import"] = import_words(result.surface);
+    json["surface"]["import"] = repair_note(result.surface);
     if (is_round_profile(result.metadata)) json["surface"]["area"] = revolved_area(result.surface);
     for (const auto& [name, text] : result.metadata.texts) {
         json["metadata"][name] = text;

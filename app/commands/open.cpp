@@ -27,9 +27,9 @@ struct OpenOptions {
 
 // A temporary HTML file that redirects a browser to an address. The address holds the secret token, and any
 // user can read a process's arguments; only this user can read the file.
-class Signpost {
+class RedirectFile {
   public:
-    explicit Signpost(const std::string& address) {
+    explicit RedirectFile(const std::string& address) {
         const char* own = std::getenv("XDG_RUNTIME_DIR");
         path_ = (own != nullptr ? fs::path(own) : fs::temp_directory_path()) / "sidewall-XXXXXX.html";
         std::string name = path_.string();
@@ -41,12 +41,12 @@ class Signpost {
         ::close(file);
         if (!written) throw IoError("{}: cannot be written", name);
     }
-    ~Signpost() {
+    ~RedirectFile() {
         std::error_code ignored;
         fs::remove(path_, ignored);
     }
-    Signpost(const Signpost&) = delete;
-    Signpost& operator=(const Signpost&) = delete;
+    RedirectFile(const RedirectFile&) = delete;
+    RedirectFile& operator=(const RedirectFile&) = delete;
     const fs::path& path() const { return path_; }
 
   private:
@@ -54,7 +54,7 @@ class Signpost {
 };
 
 // Prints the address, and opens it in a browser if there is a display.
-void show(const std::string& address, const OpenOptions& options, std::optional<Signpost>& signpost) {
+void show(const std::string& address, const OpenOptions& options, std::optional<RedirectFile>& signpost) {
     print_plain(
         "{}\nThe workbench is open at this address, on this machine alone; Ctrl-C ends it, and runs go on.\n",
         address);
@@ -79,7 +79,7 @@ void open(const OpenOptions& options) {
     // Two arenas: threads reuse memory that others freed. Freed blocks over 128 KiB go back to the system.
     ::mallopt(M_ARENA_MAX, 2);
     ::mallopt(M_MMAP_THRESHOLD, 1 << 17);
-    std::optional<Signpost> signpost;
+    std::optional<RedirectFile> signpost;
     serve({.port = static_cast<std::uint16_t>(options.port),
            .token = random_token(),
            .on_listening = [&](const std::string& address) { show(address, options, signpost); },

@@ -80,14 +80,14 @@ const char* message_of_limit(const std::exception& error) {
     } catch (...) {
     }
     if (message == nullptr) std::abort();
-    tell_failure(message, 4);
+    report_failure(message, 4);
     std::_Exit(4);
 }
 
 // Reports the error that ends the program.
 // \returns \p exit_code.
 int fail(const char* text, int exit_code) {
-    tell_failure(text, exit_code);
+    report_failure(text, exit_code);
     return exit_code;
 }
 
@@ -176,20 +176,20 @@ void keep_freed_memory() {
 
 }  // namespace
 
-void end_by_message() {
+void install_terminate_handler() {
     std::set_terminate(end_in_terminate);
 }
 
 int run_program(int argc, char** argv) {
     keep_freed_memory();
-    end_by_message();
+    install_terminate_handler();
     secure_standard_streams();
     begin_rank();
     std::signal(SIGXFSZ, SIG_IGN);  // a file over the user's size limit fails in write()
     try {
         return end_rank(run(argc, argv));
     } catch (const std::bad_alloc&) {  // outside the handlers of run(), or inside them
-        tell_failure(kNoMemory, 4);
+        report_failure(kNoMemory, 4);
         return end_rank(4);
     } catch (...) {  // the message could not be written
         return end_rank(4);

@@ -8,6 +8,6 @@ int run_program(int argc, char** argv);
 
 /// Installs a terminate handler: if the system refuses memory or a thread inside a library function that must
 /// not throw, the program ends with a message and exit code 4.
-void end_by_message();
+void install_terminate_handler();
 
 }  // namespace sidewall::app

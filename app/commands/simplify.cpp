@@ -106,7 +106,7 @@ void run(const SimplifyArguments& arguments) {
     simplify::Options options = resolve(arguments);
     surface::MeshMetadata metadata;
     TriangleMesh mesh = surface::read_mesh(arguments.input, &metadata);
-    const std::string words = surface::words_on(surface::repair(mesh, {.face_gas = false}));
+    const std::string words = surface::repair_summary(surface::repair(mesh, {.face_gas = false}));
     if (!words.empty()) print_warning(fmt::format("sidewall simplify: {}: {}", arguments.input, words));
 
     const double start = now();

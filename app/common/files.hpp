@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "surface/error.hpp"
-#include "surface/files/held_folder.hpp"
+#include "surface/files/locked_folder.hpp"
 
 namespace sidewall::app {
 

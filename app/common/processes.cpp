@@ -155,7 +155,7 @@ double seconds_in_sums() {
     return in_sums;
 }
 
-void tell_failure(const char* text, int exit_code) {
+void report_failure(const char* text, int exit_code) {
     if (ranks().rank == 0) {
         std::fputs(text, stderr);
         return;

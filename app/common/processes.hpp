@@ -38,7 +38,7 @@ double seconds_in_sums();
 /// Writes the error that ends the program to standard error. A rank other than the first waits two seconds:
 /// mostly the first meets the same error, reports it and ends all. If this rank still runs, it writes, too.
 /// \param exit_code  that the program will end with; other ranks than the first report no interruption.
-void tell_failure(const char* text, int exit_code);
+void report_failure(const char* text, int exit_code);
 
 /// Leaves the other ranks at the end of the program. If \p exit_code is an error, which other ranks may not
 /// have met, it ends all of them.

@@ -8,7 +8,7 @@
 
 namespace sidewall::app {
 
-/// Which cases are run, and where the results go.
+/// Selection of the cases to run, and where the results go.
 struct ValidationOptions {
     std::filesystem::path folder{};  ///< of the cases
     std::filesystem::path output;

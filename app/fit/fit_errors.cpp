@@ -92,8 +92,8 @@ std::vector<std::size_t> neighbours(const std::vector<Vector2d>& points, std::si
 
 // Minus twice the logarithm of the restricted likelihood at the likeliest variance, up to a constant.
 // \param basis  orthonormal columns: what the parameters can change of the residuals.
-double unlikelihood(const VectorXd& residuals, const MatrixXd& basis, const MatrixXd& distances,
-                    const ErrorCorrelation& correlation) {
+double minus_two_log_likelihood(const VectorXd& residuals, const MatrixXd& basis, const MatrixXd& distances,
+                                const ErrorCorrelation& correlation) {
     MatrixXd c = distances.unaryExpr([&](double d) { return correlation_at(correlation, d); });
     c.diagonal().setOnes();
     const Eigen::LLT<MatrixXd> factor(c);
@@ -218,12 +218,13 @@ ErrorCorrelation find_correlation(const VectorXd& residuals, const MatrixXd& slo
     const MatrixXd basis = qr.householderQ() * MatrixXd::Identity(count, qr.rank());
     const VectorXd chosen = residuals(rows);
     ErrorCorrelation best;
-    double least = unlikelihood(chosen, basis, distances, {1.0, 0.0}) - kAkaike;
+    double least = minus_two_log_likelihood(chosen, basis, distances, {1.0, 0.0}) - kAkaike;
     // Begin at a length at which most points have a neighbour; points that lie together count as one.
     for (double length = std::max(nearest, greatest / static_cast<double>(2 * count)); length <= greatest;
          length *= 1.5)
         for (const double shared : {0.2, 0.4, 0.6, 0.8, 0.95, 1.0})
-            if (const double now = unlikelihood(chosen, basis, distances, {length, shared}); now < least) {
+            if (const double now = minus_two_log_likelihood(chosen, basis, distances, {length, shared});
+                now < least) {
                 least = now;
                 best = {length, shared};
             }

@@ -159,7 +159,8 @@ bool are_apart(const LeastSquaresResult& a, const LeastSquaresResult& b) {
 }
 
 // The trials that are nearer to one of the first points, the one farthest from \p end, than to \p end.
-std::vector<FitTrial> points_beyond(const Trials& trials, std::size_t first_count, const BoxPoint& end) {
+std::vector<FitTrial> trials_near_farthest(const Trials& trials, std::size_t first_count,
+                                           const BoxPoint& end) {
     const FitTrial* farthest = nullptr;
     for (std::size_t i = 0; i < std::min(first_count, trials.all().size()); ++i) {
         const FitTrial& trial = trials.all()[i];
@@ -180,7 +181,7 @@ FitSearch search_by_itself(Trials& trials, const LeastSquares& problem) {
     const bool known = problem.known_errors;
     if (!found.converged || meets_targets(found, known) || trials.left() < last_runs(problem.start.size()))
         return search;
-    std::vector<FitTrial> beyond = points_beyond(trials, first_points(problem).size(), found.best);
+    std::vector<FitTrial> beyond = trials_near_farthest(trials, first_points(problem).size(), found.best);
     if (beyond.empty()) return search;
     LeastSquaresResult other = trials.fit(std::move(beyond), found.noise);
     search.several_minima = other.converged && are_apart(found, other);

@@ -263,9 +263,9 @@ Model make_formula(const FormulaKeys& p, const Materials& materials, const Units
     constexpr int kTimeSteps = 100;
     const auto asked = static_cast<int>(p.time_steps);
     const bool moves = model.coverages.transient || anywhere(p, {"time"});
-    model.least_time_steps = asked > 0 ? asked : moves ? kTimeSteps : 1;
-    model.growing_time_steps = p.time_spacing == "parabolic";
-    if (model.growing_time_steps && model.least_time_steps == 1)
+    model.min_time_steps = asked > 0 ? asked : moves ? kTimeSteps : 1;
+    model.parabolic_time_steps = p.time_spacing == "parabolic";
+    if (model.parabolic_time_steps && model.min_time_steps == 1)
         throw KeyError("time_spacing", "needs time steps to space; give time_steps");
     add_functions(formula, fixed_sticking, model);
     return model;

@@ -117,7 +117,7 @@ std::vector<std::string> notes_on_rate(const Materials& materials, const Redepos
 
 // Scale of the redeposition yield by material, in units of the most that any material emits on a flat wafer,
 // so that the tracer's weights are about 1.
-std::vector<double> given_off(const Redeposited& parts, double fraction) {
+std::vector<double> redeposition_scale(const Redeposited& parts, double fraction) {
     std::vector<double> scale(parts.rate.size(), 0.0);
     for (std::size_t m = 0; m < scale.size() && parts.most > 0.0; ++m)
         scale[m] = fraction * parts.rate[m] * parts.atoms[m] / (parts.most * parts.flat);
@@ -178,7 +178,7 @@ Model make_ion_beam(const IonBeam& p, const Materials& materials) {
     if (fraction > 0.0) {
         Redeposited parts = balance(materials, *model.deposit, rate, flat);
         check_film(p, parts);
-        ion.redeposition->yield.scale = given_off(parts, fraction);
+        ion.redeposition->yield.scale = redeposition_scale(parts, fraction);
         parts.sticking = sticking;
         model.speed = [parts = std::move(parts)](const SurfacePoint& point) {
             return balanced_speed(parts, point);

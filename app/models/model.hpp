@@ -102,9 +102,10 @@ struct Model {
     /// Unit vector towards the source of a parallel beam that is not traced; its key is `direction`.
     std::optional<Vec3> beam;
     bool depends_on_position = false;  ///< whether a function of the model reads SurfacePoint::position
-    int least_time_steps = 1;         ///< time steps that a step has at least, where V depends on time itself
-    bool growing_time_steps = false;  ///< the k-th of n such time steps ends at (k/n)^2 of the step, else k/n
-    bool depends_on_normal = false;   ///< V is V(n): the scheme needs dissipation bounds
+    int min_time_steps = 1;  ///< time steps that a step has at least, where V depends on time itself
+    bool parabolic_time_steps =
+        false;                       ///< the k-th of n such time steps ends at (k/n)^2 of the step, else k/n
+    bool depends_on_normal = false;  ///< V is V(n): the scheme needs dissipation bounds
     std::function<double(const SurfacePoint&)> speed;  ///< positive grows, negative etches
     /// V at many points at once, each with its triangle's normal, in the recipe's length per time. Replaces
     /// `speed` where set: for laws in other languages. Called once a time step, never in parallel.

@@ -104,7 +104,7 @@ Model make_multi_particle(const MultiParticle& p, const Materials& materials) {
         counts.push_back(tallies + (species.yields.empty() ? 0 : 1));
         tallies += flux::tally_count(species);
         model.species.push_back(std::move(species));
-        refuse_twins(model.species);
+        refuse_duplicate_names(model.species);
         add_gas(p.species[k].particle.gas, path, model);
         model.species_keys.push_back(path);
         rates.push_back(by_material_id(p.species[k].rate, materials));

@@ -167,7 +167,7 @@ std::string species_path(std::size_t k) {
     return fmt::format("species[{}].", k);
 }
 
-void refuse_twins(const std::vector<flux::Species>& species) {
+void refuse_duplicate_names(const std::vector<flux::Species>& species) {
     for (std::size_t k = 0; k < species.size(); ++k)
         for (std::size_t other = 0; other < k; ++other)
             if (species[other].name == species[k].name)

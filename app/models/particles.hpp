@@ -87,6 +87,6 @@ std::string species_path(std::size_t k);
 
 /// Refuses a list in which two species have the same name.
 /// \throws KeyError
-void refuse_twins(const std::vector<flux::Species>& species);
+void refuse_duplicate_names(const std::vector<flux::Species>& species);
 
 }  // namespace sidewall::app

@@ -220,7 +220,7 @@ struct Painter {
         Colour front = lit((1.0 - 0.55 * section.line) * section_colour(section.colour), normal, 1.0);
         if (section.solid == 1.0) return front;
         return section.solid * front +
-               (1.0 - section.solid) * behind(entry + section.way_out, direction, reach, y, key);
+               (1.0 - section.solid) * behind(entry + section.offset_to_outside, direction, reach, y, key);
     }
 };
 

@@ -313,7 +313,7 @@ SectionSample SectionReader::at(const Vec3& point, int axis, double width) {
     }
     sample.line = std::max(sample.line, lower->line(width, lower->outline));
     if (sample.solid > 0.0) sample.colour /= sample.solid;
-    if (surface.distance <= 0.0) sample.way_out = (0.01 * width - surface.distance) * surface.rise;
+    if (surface.distance <= 0.0) sample.offset_to_outside = (0.01 * width - surface.distance) * surface.rise;
     return sample;
 }
 

@@ -104,7 +104,8 @@ struct SectionSample {
     Colour colour = Colour::Zero();  ///< mean colour of the materials, weighted by share
     double solid = 0.0;              ///< share of the disc that lies in a material
     double line = 0.0;               ///< share of the disc under outlines between materials
-    Vec3 way_out = Vec3::Zero();  ///< from the disc's centre to just outside the solid; 0 if that is outside
+    Vec3 offset_to_outside =
+        Vec3::Zero();  ///< from the disc's centre to just outside the solid; 0 if that is outside
 };
 
 /// Finds the materials in a section from signed distances to the layers. Each layer wraps those below it. The

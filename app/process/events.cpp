@@ -58,7 +58,7 @@ std::string bare_materials(const Recipe& recipe, const levelset::MaterialStack& 
 }
 
 // Compares the surface at one time with the run's history and adds the events found.
-struct Survey {
+struct EventFinder {
     const Recipe& recipe;
     const TriangleMesh& surface;
     RunState& state;
@@ -147,7 +147,7 @@ std::size_t note_events(const Recipe& recipe, const TriangleMesh& surface,
                         const std::vector<SurfacePiece>& pieces, std::size_t step, RunState& state) {
     const std::size_t before = state.history.events.size();
     if (pieces.empty()) return 0;
-    Survey survey{recipe, surface, state, step, pieces};
+    EventFinder survey{recipe, surface, state, step, pieces};
     survey.materials();
     survey.pieces_of(kDetached, &SurfacePiece::hangs, state.history.hanging);
     survey.pieces_of(kVoidClosed, &SurfacePiece::shuts_in, state.history.voids);
@@ -167,7 +167,7 @@ std::string event_line(const Recipe& recipe, const std::vector<Step>& steps, con
     const bool several = event.count > 1;
     const std::string size =
         event.volume > 0.0
-            ? fmt::format("{:.3g} {}, ", event.volume / width_of_strip(recipe), volume_unit(recipe))
+            ? fmt::format("{:.3g} {}, ", event.volume / volume_divisor(recipe), volume_unit(recipe))
             : "";
     const std::string where =
         fmt::format("{}the top {}at ({:.4g}, {:.4g}, {:.4g}) {}", size, several ? "of the largest " : "",

@@ -38,7 +38,7 @@ double way_of(const Recipe& recipe, const Step& step) {
 std::optional<double> noise_of_time_step(const Recipe& recipe, const Step& step, double times) {
     if (!recipe.flux.by_accuracy() || !step.built || step.built->species.empty()) return {};
     const double count = std::max(
-        static_cast<double>(step.built->least_time_steps),
+        static_cast<double>(step.built->min_time_steps),
         equal_time_steps(1.0, way_of(recipe, step), domain_of(recipe).spacing, recipe.advection.cfl));
     return std::min(kLargest, recipe.flux.accuracy * std::sqrt(count * times) / at_worst_place(recipe));
 }

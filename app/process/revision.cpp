@@ -96,7 +96,7 @@ void throw_one_of_with(const std::string& line) {
 
 }  // namespace
 
-bool stops_alike(const Step& a, const Step& b) {
+bool same_stop_conditions(const Step& a, const Step& b) {
     return std::tie(a.stop, a.stop_depth, a.stop_thickness, a.stop_material) ==
            std::tie(b.stop, b.stop_depth, b.stop_thickness, b.stop_material);
 }
@@ -139,7 +139,7 @@ void extend(RunState& state, const Recipe& recipe, const Recipe& began_with) {
     const double rounding = 4.0 * std::numeric_limits<double>::epsilon() * state.process_time();
     refuse_shorter(where, recipe, now[last], there[last], state.since(state.starts[last]), rounding);
     const bool longer = !differences(now[last], there[last]).empty();
-    if (!stops_alike(now[last], there[last])) {
+    if (!same_stop_conditions(now[last], there[last])) {
         if (state.endpoint.time && state.time > *state.endpoint.time)
             refuse_differences(where, {"another stop condition (there the over-etch has begun)"});
         state.endpoint.time.reset();  // the later condition is still to come
@@ -154,7 +154,7 @@ void extend(RunState& state, const Recipe& recipe, const Recipe& began_with) {
     state.time_steps.resize(last + 1);
 }
 
-void rethrow_with_way_back(const std::filesystem::path& folder, std::filesystem::file_time_type before) {
+void rethrow_with_undo_advice(const std::filesystem::path& folder, std::filesystem::file_time_type before) {
     std::error_code failure;
     const bool untouched = std::filesystem::last_write_time(folder / "checkpoint.vdb", failure) == before;
     throw_one_of_with<IoError, NumericsError, GeometryError, FileError, RecipeError>(

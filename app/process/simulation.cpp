@@ -380,7 +380,8 @@ RunResult run_recipe(const Recipe& began_with, const RunOptions& options) {
             } catch (const Revised& revised) {
                 recipe = *revised.recipe;
                 const std::vector<Step> before = std::exchange(steps, expanded_steps(recipe));
-                if (state.step < before.size() && !stops_alike(steps[state.step], before[state.step]))
+                if (state.step < before.size() &&
+                    !same_stop_conditions(steps[state.step], before[state.step]))
                     state.endpoint = {};
                 state.reuse = {};  // the last trace belongs to the old recipe
                 state.methods.clear();
@@ -391,7 +392,7 @@ RunResult run_recipe(const Recipe& began_with, const RunOptions& options) {
     } catch (const Interrupted&) {
         throw;
     } catch (...) {
-        if (extended) rethrow_with_way_back(options.output, *extended);
+        if (extended) rethrow_with_undo_advice(options.output, *extended);
         throw;
     }
 }

@@ -212,7 +212,7 @@ RunState resume_state(const std::filesystem::path& folder, const Recipe& recipe)
         if (text == effective_recipe(recipe)) return std::move(checkpoint.state);
         const Recipe began_with = parse_recipe(text, (folder / "recipe.toml").string());
         extend(checkpoint.state, recipe, began_with);
-        fit(checkpoint.state.history, recipe.materials.size());
+        resize_to_materials(checkpoint.state.history, recipe.materials.size());
     } catch (const Error& error) {
         throw unusable(folder, error.what(), advice);
     }

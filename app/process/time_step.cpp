@@ -49,8 +49,8 @@ double way_to_bare(const StopRule& rule, const RunState& state, const TriangleMe
 }
 
 // Least distance that the front moves before the figure passes the rule's value; infinite if unknown.
-double way_to(const StopRule& rule, const Recipe& recipe, const levelset::MaterialStack& stack,
-              const TriangleMesh& surface) {
+double distance_to_figure(const StopRule& rule, const Recipe& recipe, const levelset::MaterialStack& stack,
+                          const TriangleMesh& surface) {
     const Measure now = measure_named(recipe, rule.figure, stack, surface);
     const double left = rule.above ? rule.value - now.value : now.value - rule.value;
     if (!std::isfinite(left)) return kInfinity;  // the wafer has no such figure yet
@@ -62,7 +62,7 @@ double way_to(const StopRule& rule, const Recipe& recipe, const levelset::Materi
         const levelset::Domain& domain = stack.domain;
         // Bounds the area of an axial wafer by that of its profile turned at the outer radius.
         const double width = domain.axial ? share_of_turn(domain.max[1] - domain.min[1], domain.max[0])
-                                          : width_of_strip(recipe);
+                                          : volume_divisor(recipe);
         return left * width / total_area(surface);
     }
     return kInfinity;
@@ -96,13 +96,13 @@ void refuse_endless(const Recipe& recipe, const Step& step, double left, double 
 
 // Equal parts of the remaining time, each at most the share of the step that the model asks for.
 double in_equal_parts(const Step& step, const Model& model, double left) {
-    const double longest = step.duration / model.least_time_steps;
+    const double longest = step.duration / model.min_time_steps;
     return left / std::max(1.0, std::ceil(left / longest * (1.0 - 1e-9)));
 }
 
 // Time to the end of the current one of n parts, the k-th of which ends at (k/n)^2 of the step.
 double in_growing_parts(const Step& step, const Model& model, const RunState& state, double left) {
-    const double n = model.least_time_steps, done = state.time - state.step_start;
+    const double n = model.min_time_steps, done = state.time - state.step_start;
     // 1e-6 of a part exceeds the rounding of a time summed over many time steps, also of its root.
     double k = std::floor(n * std::sqrt(std::max(0.0, done / step.duration)) + 1e-6) + 1.0;
     const auto part_until = [&](double end) { return step.duration * (end / n) * (end / n) - done; };
@@ -133,7 +133,7 @@ StopDistance distance_to_stop(const Recipe& recipe, const Step& step, const RunS
     if (step.stop_thickness) consider(*step.stop_thickness - thickest(stack, surface), "stop_thickness");
     const auto bare = bare_rule(recipe, step);
     if (!step.stop.empty() && !(bare && step.stop_material.empty()))
-        consider(way_to(stop_rule(recipe, step.stop), recipe, stack, surface), "stop");
+        consider(distance_to_figure(stop_rule(recipe, step.stop), recipe, stack, surface), "stop");
     if (nearest.left <= kArrived * stack.domain.spacing) nearest.left = 0.0;
     if (bare)
         consider(way_to_bare(*bare, state, surface), step.stop_material.empty() ? "stop" : "stop_material");
@@ -194,9 +194,9 @@ TimeStep choose_time_step(const Recipe& recipe, const Step& step, const Model& m
     const double left = next.until - state.time;
     next.dt = std::min(left / equal_time_steps(left, next.speed, spacing, cfl),
                        approach(to_stop, next.speed, spacing, cfl));
-    if (model.least_time_steps > 1)
-        next.dt = std::min(next.dt, model.growing_time_steps ? in_growing_parts(step, model, state, left)
-                                                             : in_equal_parts(step, model, left));
+    if (model.min_time_steps > 1)
+        next.dt = std::min(next.dt, model.parabolic_time_steps ? in_growing_parts(step, model, state, left)
+                                                               : in_equal_parts(step, model, left));
     return next;
 }
 

@@ -114,9 +114,9 @@ void collect_materials(const toml::node& node, std::set<std::string>& found) {
 }
 
 // Fits the keys from a deck to the recipe: its units and materials, and notes.
-class Fitting {
+class DeckConverter {
   public:
-    Fitting(const toml::table& root, const Use& use, std::vector<std::string>& notes)
+    DeckConverter(const toml::table& root, const Use& use, std::vector<std::string>& notes)
         : use_(use), notes_(notes), every_material_(root.contains("start")) {
         collect_materials(root, materials_);
         Units here;
@@ -285,7 +285,7 @@ void fit_deck(toml::table& root, const Use& use, std::vector<std::string>& notes
     notes.push_back(fmt::format("{}.chemistry {}: {}{} ({})", use.path, use.deck.name, use.deck.title,
                                 use.deck.holds.empty() ? "" : "; holds for " + use.deck.holds,
                                 use.deck.file.string()));
-    Fitting fitting(root, use, notes);
+    DeckConverter fitting(root, use, notes);
     fitting.fit(table, keys_of(keys));
     fitting.note_range(table);
 }

@@ -247,7 +247,7 @@ void check_mesh(const Layer& layer, const levelset::Domain& domain, double most,
     try {
         const levelset::ImportedMesh imported = levelset::import_mesh(layer.file, domain);
         check_mesh_place(imported.bounds, domain, most);
-        if (const std::string words = surface::words_on(imported.repairs); !words.empty())
+        if (const std::string words = surface::repair_summary(imported.repairs); !words.empty())
             notes.push_back(fmt::format("{}.file: {}", path, words));
         if (imported.over > 0)
             notes.push_back(

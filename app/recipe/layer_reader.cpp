@@ -116,7 +116,7 @@ void check_layer(const Layer& layer, double below, const toml::table& table, con
             const ProfileTable profile = read_profile(layer.file, recipe.domain.length_unit);
             recipe.notes.push_back(fmt::format("{}.file: {}", path, profile.understood));
             check_profile(layer, profile.points, std::isinf(below), domain);
-        } else if (drawn(layer)) {
+        } else if (has_outlines(layer)) {
             std::string note;
             const auto outlines = drawn_outlines(layer, recipe.domain.length_unit, &note);
             if (!note.empty()) recipe.notes.push_back(fmt::format("{}.file: {}", path, note));

@@ -73,7 +73,7 @@ levelset::Shape shape_of(const Layer& layer, const Recipe& recipe) {
     shape.axis = layer.axis[0] - 'x';
     shape.revolved = layer.sweep == "revolution";
     if (layer.shape == "profile") shape.profile = read_profile(layer.file, recipe.domain.length_unit).points;
-    if (drawn(layer)) outline(layer, recipe, shape);
+    if (has_outlines(layer)) outline(layer, recipe, shape);
     return shape;
 }
 
@@ -235,12 +235,13 @@ levelset::Shape pattern_of(const Step& step, const Recipe& recipe) {
     return shape_of(step.pattern, recipe);
 }
 
-bool drawn(const Layer& layer) {
+bool has_outlines(const Layer& layer) {
     return layer.shape == "mask" || layer.shape == "polygons";
 }
 
 void find_file(Layer& layer, const std::filesystem::path& folder) {
-    if (layer.shape != "mesh" && layer.shape != "profile" && !(drawn(layer) && !layer.file.empty())) return;
+    if (layer.shape != "mesh" && layer.shape != "profile" && !(has_outlines(layer) && !layer.file.empty()))
+        return;
     layer.file = std::filesystem::absolute(folder / layer.file).lexically_normal().string();
     if (!std::filesystem::is_regular_file(layer.file))
         raise_key("file", "no such file: {}; the name is relative to the recipe", layer.file);
@@ -270,8 +271,8 @@ std::vector<levelset::Polygon> drawn_outlines(const Layer& layer, const std::str
     polygons = flatten(layout, layer.cell.empty() ? tops[0] : layer.cell, static_cast<int>(layer.gds_layer),
                        static_cast<int>(layer.gds_datatype), missing);
     if (note != nullptr && !missing.empty())
-        *note =
-            "the layout refers to cells that are not in the file, and is drawn without: " + first_of(missing);
+        *note = "the layout refers to cells that are not in the file, and is drawn without: " +
+                first_of(missing);
     if (polygons.empty())
         raise_key("gds_layer", "the cell has no polygon on layer {}, datatype {}", layer.gds_layer,
                   layer.gds_datatype);

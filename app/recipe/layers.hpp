@@ -31,7 +31,7 @@ std::int64_t layer_count(const Layer& layer);
 levelset::Shape pattern_of(const Step& step, const Recipe& recipe);
 
 /// Whether the layer or pattern consists of polygons, listed or from a layout file.
-bool drawn(const Layer& layer);
+bool has_outlines(const Layer& layer);
 
 /// Makes the layer's file absolute, if it has one.
 /// \throws KeyError if there is no such file in \p folder.

@@ -100,7 +100,7 @@ bool runs_as_profile(const Recipe& recipe) {
     return std::filesystem::exists(before) && load_frame(before).domain.strip == Strip::profile;
 }
 
-double width_of_strip(const Recipe& recipe) {
+double volume_divisor(const Recipe& recipe) {
     if (!is_plane_profile(recipe.domain)) return 1.0;
     const double cell = domain_of(recipe).spacing, width = recipe.domain.extent[1];
     return width > 0.0 ? cell / width : cell;

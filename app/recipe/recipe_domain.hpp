@@ -33,7 +33,7 @@ void widen_to_strip(const Recipe& recipe, TriangleMesh& mesh);
 
 /// Divisor of the grid's volumes. 1 in space and for a round wafer; the grid's width along y for a profile,
 /// which gives areas; the grid's share of the strip's width for a strip run as a profile.
-double width_of_strip(const Recipe& recipe);
+double volume_divisor(const Recipe& recipe);
 
 /// Unit of a volume after that division.
 std::string volume_unit(const Recipe& recipe);

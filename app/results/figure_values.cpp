@@ -217,7 +217,7 @@ double figure_value(const Recipe& recipe, const Figure& figure, WaferCut& cut) {
             return roughness(recipe, figure.kind == FigureKind::lwr, -figure.at, cut.stack(),
                              cut.open_surface());
         case FigureKind::volume:
-            return volume(cut.stack(), figure.material) / width_of_strip(recipe);
+            return volume(cut.stack(), figure.material) / volume_divisor(recipe);
     }
     return kNone;
 }

@@ -167,7 +167,7 @@ class Metrologist {
         const Voids found =
             voids_in(cut_.surface(), cut_.pieces(), stack_.domain, surface::plane_axes(cut_.plane())[0]);
         add_pure("voids", found.count);
-        const double strip = width_of_strip(recipe_);
+        const double strip = volume_divisor(recipe_);
         const std::string unit = volume_unit(recipe_);
         measures_.push_back({"void_volume", found.volume / strip, unit});
         measures_.push_back({"void_volume_whole", found.whole_volume / strip, unit});

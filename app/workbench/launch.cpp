@@ -90,8 +90,8 @@ int wait_for(pid_t process, std::chrono::seconds patience) {
 
 }  // namespace
 
-SpokenAnswer ask_program(const std::vector<std::string>& arguments, int folder, const std::string& input,
-                         std::chrono::seconds patience) {
+ProcessOutput run_self(const std::vector<std::string>& arguments, int folder, const std::string& input,
+                       std::chrono::seconds patience) {
     static std::counting_semaphore<2> turn(2);
     struct Turn {
         Turn() { turn.acquire(); }

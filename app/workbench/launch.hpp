@@ -7,7 +7,7 @@
 namespace sidewall::app {
 
 /// Exit code and output of a process.
-struct SpokenAnswer {
+struct ProcessOutput {
     int exit_code = 0;     ///< 128 plus the signal's number if one ended it
     std::string output;    ///< standard output
     std::string messages;  ///< standard error
@@ -19,8 +19,8 @@ struct SpokenAnswer {
 /// \param input      its standard input.
 /// \param patience   time until it is killed; it is killed, too, when this process is asked to stop.
 /// \throws IoError if the system refuses a process, or its output is over 16 MB.
-SpokenAnswer ask_program(const std::vector<std::string>& arguments, int folder, const std::string& input,
-                         std::chrono::seconds patience);
+ProcessOutput run_self(const std::vector<std::string>& arguments, int folder, const std::string& input,
+                       std::chrono::seconds patience);
 
 /// Starts a program in a new session, so that it outlives this process and the terminal.
 /// \param words   its command line; the name `sidewall` is this program.

@@ -14,7 +14,7 @@
 
 #include "app/common/files.hpp"
 #include "app/common/text.hpp"
-#include "surface/files/held_folder.hpp"
+#include "surface/files/locked_folder.hpp"
 #include "surface/files/output_file.hpp"
 
 namespace sidewall::app {
@@ -206,11 +206,11 @@ void OpenedFolder::write(const std::string& name, const std::string& text, const
     if (!anew) std::ignore = ::fchmod(open_part(at, own, O_RDONLY).number(), there.st_mode & 07777);
 }
 
-void OpenedFolder::make_room_for(const std::string& name) const {
+void OpenedFolder::make_parent_folders(const std::string& name) const {
     parts_of(name);
     const std::string above = folder_part(name);
     if (above.empty()) return;
-    make_room_for(above);
+    make_parent_folders(above);
     const Descriptor at = folder(folder_part(above));
     if (::mkdirat(at.number(), parts_of(above).back().c_str(), 0777) != 0 && errno != EEXIST)
         throw IoError("{}: cannot make the folder: {}", above, std::string(std::strerror(errno)));
@@ -218,7 +218,7 @@ void OpenedFolder::make_room_for(const std::string& name) const {
 }
 
 Descriptor OpenedFolder::open_log(const std::string& name) const {
-    make_room_for(name);
+    make_parent_folders(name);
     return open(name, O_WRONLY | O_CREAT | O_APPEND);
 }
 

@@ -81,7 +81,7 @@ class OpenedFolder {
 
     /// Makes the folders above a file or folder of that name.
     /// \throws NotInside, IoError
-    void make_room_for(const std::string& name) const;
+    void make_parent_folders(const std::string& name) const;
 
     /// Opens or creates a log file for appending, with the folders above it.
     /// \throws NotInside, IoError

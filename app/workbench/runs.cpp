@@ -159,7 +159,7 @@ void start_run(const OpenedFolder& folder, const Json& wanted) {
             if (plan.contains(key)) asked[key] = plan[key];
     }
     const std::vector<std::string> words = command_words(folder, asked);
-    folder.make_room_for(output);
+    folder.make_parent_folders(output);
     if (folder.holds(output)) folder.folder(output);
     const Descriptor log = folder.open_log(output + ".log");
     start_program(words, folder.folder("").number(), log.number());

@@ -34,7 +34,7 @@ constexpr std::size_t kMostHeld = 24'000'000;  // bytes that all requests and an
 constexpr std::size_t kLittle = 100'000;       // bytes; up to so many are never refused
 constexpr std::size_t kCopies = 3;             // copies of a request: bytes, JSON, and what is made of it
 constexpr int kMostConnections = 64;
-constexpr std::size_t kThreads = 16;  // threads; at most two wait for processes of ask_program
+constexpr std::size_t kThreads = 16;  // threads; at most two wait for processes of run_self
 constexpr Seconds kToArrive{20}, kToBeTaken{60};
 
 // Decodes percent-encoded text; nothing if the encoding is damaged.

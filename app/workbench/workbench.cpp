@@ -144,7 +144,7 @@ Json save(const OpenedFolder& folder, const Json& asked) {
     if (!path.ends_with(".toml") && !path.ends_with(".csv"))
         return {{"problem", path + ": must end in .toml, or .csv for a profile"}};
     try {
-        folder.make_room_for(path);
+        folder.make_parent_folders(path);
         folder.write(path, text, text_at_key(asked, "digest"));
     } catch (const ChangedOnDisk&) {
         return changed_json(folder, path);
@@ -178,16 +178,15 @@ Descriptor home_of(const OpenedFolder& folder, const Json& asked) {
 
 WebReply preview(const OpenedFolder& folder, const Json& asked) {
     const Descriptor home = home_of(folder, asked);
-    SpokenAnswer said =
-        ask_program({"report", "-", "--json", "-"}, home.number(), text_at_key(asked, "text"), kPatience);
+    ProcessOutput said =
+        run_self({"report", "-", "--json", "-"}, home.number(), text_at_key(asked, "text"), kPatience);
     if (said.exit_code != 0) return reply_of(problem_of(said.messages));
     return {.body = std::move(said.output)};
 }
 
 WebReply check(const OpenedFolder& folder, const Json& asked) {
     const Descriptor home = home_of(folder, asked);
-    const SpokenAnswer said =
-        ask_program({"check", "-"}, home.number(), text_at_key(asked, "text"), kPatience);
+    const ProcessOutput said = run_self({"check", "-"}, home.number(), text_at_key(asked, "text"), kPatience);
     if (said.exit_code != 0) return reply_of(problem_of(said.messages));
     return reply_of({{"text", notes_of(said.messages) + findings_of(said.output)}});
 }
@@ -207,7 +206,7 @@ WebReply results(const OpenedFolder& folder, const WebRequest& request) {
     words.emplace_back("--");
     for (const std::string& name : runs_asked(folder, request)) words.push_back("./" + name);
     const Descriptor here = folder.folder("");
-    SpokenAnswer said = ask_program(words, here.number(), "", kPatience);
+    ProcessOutput said = run_self(words, here.number(), "", kPatience);
     if (said.exit_code != 0) return reply_of(problem_of(said.messages));
     return {.body = std::move(said.output)};
 }

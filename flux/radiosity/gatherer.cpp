@@ -172,7 +172,7 @@ void join_source(const Exchange::State& s, const ConnectingRay& ray, bool pilot,
 // Adds the pair of a ray between two points of the surface; of an aimed one only if it hit its target.
 void join_pair(const Exchange::State& s, const ConnectingRay& ray, bool pilot, BlockSamples& found) {
     const RayDensities& densities = *s.densities;
-    if (ray.aimed && !densities.are_one(ray.triangle, ray.target)) return;
+    if (ray.aimed && !densities.same_facet(ray.triangle, ray.target)) return;
     const Path path = straightened(densities, ray.start, ray.direction, ray.hit, s.geometry.skin);
     if (ray.aimed && path.image != ray.image) return;
     const Facet& facet = densities.facets()[ray.from];

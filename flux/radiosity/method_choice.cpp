@@ -25,7 +25,7 @@ constexpr double kMargin = 1.1;  // factor on the rays needed, because estimated
 // deviates against the modulus of one, sqrt(4 / 3).
 constexpr double kOneHalving = 1.155;
 // Least cost assumed for radiosity, in costs of its first rays, which are lost if Monte Carlo wins.
-constexpr double kSeldomLess = 1.5;
+constexpr double kLeastCost = 1.5;
 constexpr double kCloser = 200.0;  // relative error asked for over the solver's tolerance
 
 // The solver's tolerance for a relative error of \p target.
@@ -37,7 +37,7 @@ double tolerance_to(double target, const SolveOptions& options) {
 // \p target if the elements' error comes near to it.
 double target_of_rays(double target, const RadiosityFlux& flux, const SolveOptions& options) {
     const double elements = flux.discretisation_error;
-    return options.of_rays || elements >= kElementsAlone * target
+    return options.of_rays || elements >= kDiscretisationShare * target
                ? target
                : std::sqrt(target * target - elements * elements);
 }
@@ -277,7 +277,7 @@ MethodChoice choose_method(Exchange& exchange, const Species& species,
                    (rays * unknowns + kPilotRays) +
                (round ? kSkyCostRound * unknowns : 0.0);
     };
-    choice.radiosity_cost = kSeldomLess * cost(kFirstRays);
+    choice.radiosity_cost = kLeastCost * cost(kFirstRays);
     const bool allowed =
         !options.relative_error || exchange.rays() > 0 || exchange.fewest_rays() <= options.rays;
     if (!allowed) choice.radiosity_cost = std::max(choice.radiosity_cost, choice.monte_carlo_cost);

@@ -27,10 +27,10 @@ void gather_for(std::span<const DiffuseSpecies> species, Exchange& exchange, std
                 const SolveOptions& options = {});
 
 /// Share of a target error above which the elements' error counts as exceeding it: more rays would not help.
-inline constexpr double kElementsAlone = 0.9;
+inline constexpr double kDiscretisationShare = 0.9;
 
 /// Gathers until the relative_error of every species is at most its target, or rays or memory are spent; the
-/// results' relative_error shows which. If the elements' error is kElementsAlone of a target or more, only
+/// results' relative_error shows which. If the elements' error is kDiscretisationShare of a target or more, only
 /// the statistical_error has to meet it. The solver's tolerance is a two-hundredth of the least target.
 /// \param targets    relative errors by species, above 0.
 /// \param most_rays  limit for all rays of \p exchange, including those that it already has.

@@ -86,7 +86,7 @@ class RayDensities {
     /// Whether the surface is one of revolution, given as a sector; its rays fly in space.
     bool round() const { return box_.axial; }
     /// Whether two triangles belong to the same facet.
-    bool are_one(std::uint32_t a, std::uint32_t b) const {
+    bool same_facet(std::uint32_t a, std::uint32_t b) const {
         return a == b || (!partner_.empty() && partner_[a] == b);
     }
     const std::vector<double>& exponents() const { return exponents_; }

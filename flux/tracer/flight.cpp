@@ -69,7 +69,7 @@ bool hit_rim(const Geometry& geometry, const Flight& flight) {
 }
 
 // Books a hit for a particle behind the surface, where it slipped through, if that is within the rounding.
-void rescue(const Geometry& geometry, const Trail& trail, Flight& flight) {
+void book_slip(const Geometry& geometry, const Trail& trail, Flight& flight) {
     const auto size = static_cast<std::uint32_t>(trail.start.size());
     for (std::uint32_t i = trail.count; i > 0 && trail.count - i < size; --i) {
         const auto nearest =
@@ -274,7 +274,7 @@ Flight fly(const Geometry& geometry, Particle particle, double free_path) {
             if (flight.rescued)
                 flight.end = FlightEnd::hit;
             else
-                rescue(geometry, trail, flight);
+                book_slip(geometry, trail, flight);
             return flight;
         }
         if (left <= std::min(side.distance, exit)) {
@@ -285,7 +285,7 @@ Flight fly(const Geometry& geometry, Particle particle, double free_path) {
             if (rise > 0.0 || !bounded)
                 flight.end = FlightEnd::escaped;  // upwards, or down past an open side's rim
             else
-                rescue(geometry, trail, flight);
+                book_slip(geometry, trail, flight);
             return flight;
         }
         if (!cross_side(geometry.box, side, particle.position, particle.direction)) {

@@ -301,13 +301,13 @@ class PacketFlight {
 };
 
 // Directions before turn_into_plane.
-struct Straightened {
+struct DirectionInProfile {
     Column<float> along;  // y component
     Column<float> share;  // length of the x and z components
 };
 
 // Projects flights over a 2-D profile, which is equal at all y, to the plane of x and z.
-void turn_into_plane(const Geometry& geometry, Rays& rays, Straightened& kept) {
+void turn_into_plane(const Geometry& geometry, Rays& rays, DirectionInProfile& kept) {
     // Below this the direction is along y, and its projection only rounding: fly straight up instead.
     constexpr float kLeastShare = 1e-6f;
     const auto overlap = static_cast<float>(kOverlap * geometry.skin);
@@ -326,7 +326,7 @@ void turn_into_plane(const Geometry& geometry, Rays& rays, Straightened& kept) {
     }
 }
 
-void turn_back(Rays& rays, const Straightened& kept) {
+void turn_back(Rays& rays, const DirectionInProfile& kept) {
     for (std::size_t i = 0; i < rays.count; ++i) {
         rays.dx[i] *= kept.share[i];
         rays.dz[i] *= kept.share[i];
@@ -371,7 +371,7 @@ void fly_packets(const Geometry& geometry, Rays& rays, const Column<float>* free
         PacketFlight<kWithin>(geometry, rays, free_path, counts).fly();
         return;
     }
-    static thread_local Straightened kept;  // too large for a stack frame
+    static thread_local DirectionInProfile kept;  // too large for a stack frame
     static thread_local Column<float> in_plane;
     turn_into_plane(geometry, rays, kept);
     if constexpr (kWithin)

@@ -144,7 +144,7 @@ void trace_block(const Trace& trace, const Batch& batch, std::uint32_t first, st
     Event event{.batch = batch.number};
     if (bundles.size() > 1) follow_shared(trace, bundles, w, event);
     if (bundles.empty()) return;
-    if (goes_on_diffusely(trace.species))
+    if (only_reemits_diffusely(trace.species))
         follow_neutrals(trace, bundles.front(), w, w.rays, event);
     else
         follow_ions(trace, bundles.front(), w, event, tallies);

@@ -15,7 +15,7 @@ namespace sidewall::levelset {
 namespace {
 
 // The value that marks a released node, which cut_layers sets: below all that a narrow band holds.
-float as_released(float value, float background) {
+float as_marked(float value, float background) {
     return value - 4.0f * background;
 }
 bool is_released(float value, float background) {
@@ -55,7 +55,7 @@ void release(Leaf* layer, const Leaf& surface, const float* old, float backgroun
         const bool bare = (std::abs(value[i]) < background) & (value[i] == old[i]) & (moved[i] >= value[i]);
         released |= bare;
         overgrown |= (value[i] >= 0.0f) & (moved[i] < 0.0f) & (moved[i] < old[i]);
-        value[i] = bare ? as_released(value[i], background) : value[i];
+        value[i] = bare ? as_marked(value[i], background) : value[i];
     }
     nodes.released = released != 0;
     nodes.any_overgrown = overgrown != 0;
@@ -208,8 +208,8 @@ void cut_layers(MaterialStack& stack, const Grown* grown) {
                       [&](std::size_t k) { cut(*stack.layers[k].phi, surface, stack.domain, grown); });
 }
 
-Grown release_exposed(MaterialStack& stack, std::span<Leaf* const> leaves, const surface::LeafTable& table,
-                      const float* before) {
+Grown mark_exposed(MaterialStack& stack, std::span<Leaf* const> leaves, const surface::LeafTable& table,
+                   const float* before) {
     const float background = stack.top().background();
     Grown grown{table, LargeVector<RowBits>(leaves.size())};
     const std::size_t below = stack.layers.size() - 1;

@@ -38,8 +38,8 @@ struct Grown {
 /// \param before  the leaves' values at the time step's start, Leaf::SIZE per leaf.
 /// \returns the nodes at which the surface moved outwards.
 /// \note Parallel; O(n) in voxels.
-Grown release_exposed(MaterialStack& stack, std::span<Leaf* const> leaves, const surface::LeafTable& table,
-                      const float* before);
+Grown mark_exposed(MaterialStack& stack, std::span<Leaf* const> leaves, const surface::LeafTable& table,
+                   const float* before);
 
 /// Cuts every layer by the surface after it moved. Layers nearer to it than thinnest_film then coincide with
 /// it, except at \p grown nodes: a film may grow by less than that in a time step.

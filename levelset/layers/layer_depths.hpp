@@ -22,7 +22,7 @@ class LayerDepths {
     /// from inside nodes alone, by the slopes there.
     void at(const Vec3& point, std::span<float> depth) const;
 
-    /// The same depths at a fraction of the cost, if successive points have their \p node (at most a cell
+    /// Depths as above at a fraction of the cost, if successive points have their \p node (at most a cell
     /// away from the point) in one leaf.
     void at(const Vec3& point, const Eigen::Vector3i& node, std::span<float> depth);
 

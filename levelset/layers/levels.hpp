@@ -18,7 +18,7 @@
 ///                ^ prolongation      v injection            ^
 namespace sidewall::levelset {
 
-/// The same box at twice the spacing.
+/// A domain of the box at twice the spacing.
 /// \pre even numbers of cells along x and y.
 Domain coarser_domain(const Domain& domain);
 

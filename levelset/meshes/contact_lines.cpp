@@ -246,7 +246,7 @@ TriangleMesh interface_mesh(const Fronts& fronts, const MaterialStack& stack, st
         const Fronts mine = fronts;  // NOLINT(performance-unnecessary-copy-initialization): accessors cache
         for (std::size_t v = range.begin(); v != range.end(); ++v) {
             const GridEdge edge = mine.edge_of(mesh.vertices[v]);
-            within[v] = !edge.is_one || on_edge[v];
+            within[v] = !edge.on_grid_edge || on_edge[v];
             if (!within[v]) front[v] = place(mine, edge, layer, stack.layers.size(), mesh.vertices[v]);
         }
     });
@@ -306,7 +306,7 @@ StackMeshes extract_materials(const MaterialStack& stack, const TriangleMesh& su
         cut.mesh = layer == top ? surface
                                 : interface_mesh(fronts, stack, layer, rims,
                                                  layer + 1 < top ? meshes.interfaces[layer + 1] : surface);
-        std::vector<std::vector<double>> covers = covers_of(fronts, layer, cut.mesh);
+        std::vector<std::vector<double>> covers = heights_above_fronts(fronts, layer, cut.mesh);
         cut.mesh.vertex_attributes.clear();
         if (layer < top) meshes.interfaces[layer] = cut.mesh;
         Segments rim = Cutter(stack, layer, cut, std::move(covers)).run();

@@ -127,7 +127,8 @@ std::vector<std::uint8_t> on_edges(const TriangleMesh& mesh) {
     return edge;
 }
 
-std::vector<std::vector<double>> covers_of(const Fronts& shared, std::size_t of, const TriangleMesh& mesh) {
+std::vector<std::vector<double>> heights_above_fronts(const Fronts& shared, std::size_t of,
+                                                      const TriangleMesh& mesh) {
     std::vector<std::vector<double>> covers(of, std::vector<double>(mesh.vertices.size()));
     if (of == 0) return covers;
     const std::vector<std::uint8_t> edge = on_edges(mesh);
@@ -137,8 +138,8 @@ std::vector<std::vector<double>> covers_of(const Fronts& shared, std::size_t of,
         for (std::size_t v = range.begin(); v != range.end(); ++v) {
             if (edge[v]) continue;
             const GridEdge on = fronts.edge_of(mesh.vertices[v]);
-            within[v] = !on.is_one;
-            for (std::size_t k = 0; k < of && on.is_one; ++k) covers[k][v] = cover(fronts, on, of, k);
+            within[v] = !on.on_grid_edge;
+            for (std::size_t k = 0; k < of && on.on_grid_edge; ++k) covers[k][v] = cover(fronts, on, of, k);
         }
     });
     // A vertex within a cell is the centre of those around and gets their mean.

@@ -15,7 +15,8 @@ inline constexpr double kOnLine = -std::numeric_limits<double>::min();
 
 /// By layer below \p of and vertex of its mesh: the height in cells (dx) above the layer's continued front,
 /// positive where the material between is exposed. Vertices on sharp edges get it from those around.
-std::vector<std::vector<double>> covers_of(const Fronts& fronts, std::size_t of, const TriangleMesh& mesh);
+std::vector<std::vector<double>> heights_above_fronts(const Fronts& fronts, std::size_t of,
+                                                      const TriangleMesh& mesh);
 
 /// By vertex: whether it lies on a sharp edge or a corner of the mesh.
 std::vector<std::uint8_t> on_edges(const TriangleMesh& mesh);

@@ -271,7 +271,7 @@ GridEdge Fronts::edge_of(const Vec3& point) const {
     }
     const auto a = static_cast<std::size_t>(edge.axis);
     constexpr double kRounding = 1e-6;
-    edge.is_one = levels_.size() == 1 || (off[(a + 1) % 3] < kRounding && off[(a + 2) % 3] < kRounding);
+    edge.on_grid_edge = levels_.size() == 1 || (off[(a + 1) % 3] < kRounding && off[(a + 2) % 3] < kRounding);
     low[a] = static_cast<int>(std::floor(index[edge.axis]));
     edge.t = index[edge.axis] - low[a];
     for (int end = 0; end < 2; ++end) {

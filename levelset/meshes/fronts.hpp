@@ -18,7 +18,7 @@ struct GridEdge {
     std::size_t level = 0;  ///< of the grid that has the edge; 0 is the finest
     /// False for vertices within a cell, as where levels meet. Always true with one level: there vertices
     /// within a cell, which come from divided meshes, count as on the nearest edge.
-    bool is_one = true;
+    bool on_grid_edge = true;
 };
 
 /// Reads the values of all layers and of their continued fronts (continued_fronts in fronts.cpp), in world

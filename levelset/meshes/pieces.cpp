@@ -266,12 +266,13 @@ std::vector<std::uint8_t> sealed_off(const TriangleMesh& surface, std::vector<Su
     if (std::none_of(pieces.begin(), pieces.end(), [](const SurfacePiece& p) { return p.shuts_in(); }))
         return {};
     const std::vector<std::uint32_t> part = piece_of_vertices(surface, domain);
-    std::vector<std::uint32_t> flattest(part.size(), kNoVertex);  // by vertex: triangle largest from above
+    std::vector<std::uint32_t> facing_up_most(part.size(),
+                                              kNoVertex);  // by vertex: triangle largest from above
     for (std::uint32_t t = 0; t < surface.triangles.size(); ++t)
         for (const std::uint32_t v : surface.triangles[t])
-            if (flattest[v] == kNoVertex ||
-                area_vector(surface, t).z() > area_vector(surface, flattest[v]).z())
-                flattest[v] = t;
+            if (facing_up_most[v] == kNoVertex ||
+                area_vector(surface, t).z() > area_vector(surface, facing_up_most[v]).z())
+                facing_up_most[v] = t;
 
     // From the highest piece down: a body enclosed by gas is sealed off if the gas above it is a void's.
     const surface::RayScene scene(surface);
@@ -285,8 +286,8 @@ std::vector<std::uint8_t> sealed_off(const TriangleMesh& surface, std::vector<Su
             continue;
         }
         // The ray starts inside a triangle: the top may lie on a side, where a ray may miss the surface.
-        const auto above = scene.closest_hit(triangle_centroid(surface, flattest[piece.top]), Vec3::UnitZ(),
-                                             1e-2 * domain.spacing, kInfinity);
+        const auto above = scene.closest_hit(triangle_centroid(surface, facing_up_most[piece.top]),
+                                             Vec3::UnitZ(), 1e-2 * domain.spacing, kInfinity);
         if (above) sealed[piece.part] = sealed[part[surface.triangles[above.triangle][0]]];
     }
     std::vector<std::uint8_t> result;

@@ -230,7 +230,7 @@ AdvectionSeconds move_level(MaterialStack& stack, MaterialStack* finer,
     if (stack.layers.size() > 1) {
         limits.emplace(stack, band, stages.moved, stages.before.data(), *motions.front(), duration);
         limits->keep(stack.top());
-        grown.emplace(release_exposed(stack, stages.leaves, stages.table, stages.before.data()));
+        grown.emplace(mark_exposed(stack, stages.leaves, stages.table, stages.before.data()));
     }
     const tbb::tick_count moved = tbb::tick_count::now();
     // Schemes of crystals, and of laws without surface normals, smear edges over cells: phi is no distance.

@@ -189,8 +189,8 @@ class Contours {
 };
 
 // Whether the polygon meets the domain, and whether resist remains on a pixel in it or at one of its corners.
-std::pair<bool, bool> fate(const Polygon& polygon, const Raster& raster, const Domain& domain,
-                           double threshold) {
+std::pair<bool, bool> meets_and_leaves_resist(const Polygon& polygon, const Raster& raster,
+                                              const Domain& domain, double threshold) {
     std::array<int, 2> low{}, high{};
     for (std::size_t a = 0; a < 2; ++a) {
         double from = kInfinity, to = -kInfinity;
@@ -245,7 +245,7 @@ ResistContours resist_contours(const std::vector<Polygon>& polygons, const Blur&
         go_on();
         bool there = false, prints = false;
         for (const Polygon& copy : repeated({polygons[k]}, domain)) {
-            const auto [meets, some] = fate(copy, blurred, domain, blur.threshold);
+            const auto [meets, some] = meets_and_leaves_resist(copy, blurred, domain, blur.threshold);
             there |= meets;
             prints |= some;
         }

@@ -18,8 +18,8 @@ namespace {
 // Bodies that touch others are extended by this, in dx, so that no gas is left between them.
 constexpr double kContact = 1e-3;
 
-constexpr double kNearSide = 5.0;  // in dx; wider than any narrow band
-constexpr double kWhole = 1e-6;    // of a period: tolerance of bodies that reach from side to side
+constexpr double kNearSide = 5.0;          // in dx; wider than any narrow band
+constexpr double kPeriodTolerance = 1e-6;  // of a period: tolerance of bodies that reach from side to side
 
 // Whether an opening lies off the domain's sides. One that reaches all four sides is the rim of a surface
 // over the domain, and one within a single side is the end of a body there.
@@ -69,7 +69,7 @@ std::vector<MeshPart> connected_parts(const TriangleMesh& mesh) {
 bool is_repeated(const MeshPart& part, const Domain& domain, std::size_t axis) {
     const double length = domain.max[axis] - domain.min[axis];
     return !part.open && domain.side[axis] == Side::periodic &&
-           part.bounds.size()[static_cast<Eigen::Index>(axis)] < length * (1.0 - kWhole);
+           part.bounds.size()[static_cast<Eigen::Index>(axis)] < length * (1.0 - kPeriodTolerance);
 }
 
 // Number of closed bodies that reach over periodic sides.
@@ -148,17 +148,17 @@ std::vector<MeshPart> bodies_of(const TriangleMesh& mesh) {
 
 // Bodies with disjoint boxes, so that the nearest triangle tells inside from outside, except for closed
 // bodies that overlap themselves.
-struct Apart {
+struct DisjointBodies {
     std::vector<Box3> bounds;
     TriangleMesh mesh;
     bool open = false;
 };
 
 // The bodies of a mesh, sorted into such groups by first fit.
-std::vector<Apart> groups_apart(const TriangleMesh& mesh) {
-    std::vector<Apart> groups;
+std::vector<DisjointBodies> groups_apart(const TriangleMesh& mesh) {
+    std::vector<DisjointBodies> groups;
     for (const MeshPart& part : bodies_of(mesh)) {
-        const auto fits = [&](const Apart& group) {
+        const auto fits = [&](const DisjointBodies& group) {
             return std::ranges::none_of(group.bounds, [&](const Box3& b) { return overlap(b, part.bounds); });
         };
         auto group = std::ranges::find_if(groups, fits);
@@ -201,11 +201,11 @@ ImportedMesh import_mesh(const std::string& file, const Domain& domain) {
 Body mesh_body(const Shape& shape, const Domain& domain) {
     const TriangleMesh mesh = import_mesh(shape.file, domain).mesh;
     const Box3 bounds = bounding_box(mesh);
-    std::vector<Apart> groups = groups_apart(mesh);
+    std::vector<DisjointBodies> groups = groups_apart(mesh);
     if (groups.size() == 1) groups.front().mesh = mesh;  // in the file's order
     const auto distances = std::make_shared<std::vector<GroupDistance>>();
     distances->reserve(groups.size());
-    for (const Apart& group : groups) {
+    for (const DisjointBodies& group : groups) {
         distances->push_back({surface::SignedDistance(group.mesh), std::nullopt, bounds});
         if (!group.open) distances->back().winding.emplace(group.mesh);
     }

@@ -13,7 +13,7 @@ struct Fan {
     std::array<int, 3> taken{};  ///< offset of the cell beside it in which the apex lies; 0, 0, 0: this one
     /// By segment of the loop: the vertex across it that the apex is joined to, or kNone; and whether that
     /// vertex lies on the segment, which is then on a side of the domain.
-    boost::container::static_vector<std::uint32_t, 12> turned;
+    boost::container::static_vector<std::uint32_t, 12> joined_to;
     boost::container::static_vector<bool, 12> split;
 };
 

@@ -72,7 +72,7 @@ class Joiner {
         for (std::uint32_t f = 0; f < fans_.size(); ++f) {
             Fan& fan = fans_[f];
             const std::size_t count = fan.of->loop.size();
-            fan.turned.assign(count, kNone);
+            fan.joined_to.assign(count, kNone);
             fan.split.assign(count, false);
             for (std::uint32_t k = 0; k < count; ++k) {
                 const auto [low, high] =
@@ -148,8 +148,8 @@ class Joiner {
         const auto through = joint(own, face, apex, beside);
         if (!through) return;
         if (!on_side(fan, face)) {
-            fan.turned[own.of_loop] = sharp_.first + other.fan;
-            with.turned[other.of_loop] = sharp_.first + own.fan;
+            fan.joined_to[own.of_loop] = sharp_.first + other.fan;
+            with.joined_to[other.of_loop] = sharp_.first + own.fan;
             return;
         }
         if (is_profile(face) && own.fan == other.fan) return span(own, face, other, *through);
@@ -161,7 +161,7 @@ class Joiner {
         split(face.side == 1 ? own : other, {face.axis, 1}, through);
         Fan& fan = fans_[own.fan];
         const std::uint32_t apex = sharp_.first + own.fan;
-        fan.turned[(face.side == 0 ? own : other).of_loop] = apex;
+        fan.joined_to[(face.side == 0 ? own : other).of_loop] = apex;
         Vec3& p = mesh_.vertices[apex];
         p = world_point(box_, fan, through);
         p[face.axis] = box_.min[static_cast<std::size_t>(face.axis)];
@@ -178,7 +178,7 @@ class Joiner {
         Vec3 world = world_point(box_, fan, through);
         const auto a = static_cast<std::size_t>(face.axis);
         world[face.axis] = face.side == 0 ? box_.min[a] : box_.max[a];
-        fan.turned[segment.of_loop] = static_cast<std::uint32_t>(mesh_.vertices.size());
+        fan.joined_to[segment.of_loop] = static_cast<std::uint32_t>(mesh_.vertices.size());
         fan.split[segment.of_loop] = true;
         mesh_.vertices.push_back(world);
         sharp_.kind.push_back(fan.kind);
@@ -233,11 +233,11 @@ void write_fans(const std::vector<Fan>& fans, const SharpVertices& sharp, std::v
         };
         for (std::size_t k = 0; k < count; ++k) {
             const std::uint32_t from = fan.of->loop[k].vertex, to = fan.of->loop[(k + 1) % count].vertex;
-            if (fan.turned[k] == kNone)
+            if (fan.joined_to[k] == kNone)
                 put({from, to, apex});
-            else if (fan.turned[k] != apex)
-                put({apex, from, fan.turned[k]});
-            if (fan.split[k]) put({apex, fan.turned[k], to});
+            else if (fan.joined_to[k] != apex)
+                put({apex, from, fan.joined_to[k]});
+            if (fan.split[k]) put({apex, fan.joined_to[k], to});
         }
     }
 }

@@ -16,7 +16,7 @@
 
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"
-#include "surface/files/held_folder.hpp"
+#include "surface/files/locked_folder.hpp"
 
 namespace sidewall::surface {
 
@@ -37,9 +37,9 @@ extern "C" void on_end(int signal) {
 
 // Defers signals that would end the program at once until the file is complete or its partial file removed:
 // Descriptor::write() stops, the destructor raises the signal again. Handled and ignored ones stay as set.
-class EndsWriting {
+class SignalGuard {
   public:
-    EndsWriting() {
+    SignalGuard() {
         for (std::size_t k = 0; k < kSignals.size(); ++k) {
             struct sigaction noting = {};
             noting.sa_handler = on_end;
@@ -48,13 +48,13 @@ class EndsWriting {
                        before_[k].sa_handler == SIG_DFL && ::sigaction(kSignals[k], &noting, nullptr) == 0;
         }
     }
-    ~EndsWriting() {
+    ~SignalGuard() {
         for (std::size_t k = 0; k < kSignals.size(); ++k)
             if (ours_[k]) ::sigaction(kSignals[k], &before_[k], nullptr);
         if (ended_by != 0) ::raise(ended_by);
     }
-    EndsWriting(const EndsWriting&) = delete;
-    EndsWriting& operator=(const EndsWriting&) = delete;
+    SignalGuard(const SignalGuard&) = delete;
+    SignalGuard& operator=(const SignalGuard&) = delete;
 
   private:
     static constexpr std::array<int, 3> kSignals{SIGINT, SIGTERM, SIGHUP};
@@ -198,7 +198,7 @@ int open_partial(const fs::path& path, const FilePlace& target, fs::path& partia
 
 void write_beside(const fs::path& path, const FilePlace& target,
                   const std::function<void(std::ostream& out)>& write, const Trailer& trailer) {
-    const EndsWriting ends;
+    const SignalGuard ends;
     fs::path partial;
     Descriptor file(path, open_partial(path, target, partial));
     try {

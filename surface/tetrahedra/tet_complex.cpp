@@ -53,7 +53,7 @@ std::vector<std::uint32_t> TetComplex::at_edge(std::uint32_t a, std::uint32_t b)
 double TetComplex::cosine_if_moved(std::uint32_t t, std::uint32_t corner, const Vec3& p) const {
     std::array<Vec3, 4> q;
     for (std::size_t k = 0; k < 4; ++k) q[k] = tet[t][k] == corner ? p : point[tet[t][k]];
-    return widest_cosine(q[0], q[1], q[2], q[3]);
+    return smallest_dihedral_cosine(q[0], q[1], q[2], q[3]);
 }
 
 double TetComplex::cosine_around(std::uint32_t v) const {

@@ -45,9 +45,9 @@ class TetComplex {
     double volume(const Tetrahedron& t) const {
         return tet_volume(point[t[0]], point[t[1]], point[t[2]], point[t[3]]);
     }
-    /// Cosine of the smallest dihedral angle, see widest_cosine().
+    /// Cosine of the smallest dihedral angle, see smallest_dihedral_cosine().
     double cosine(const Tetrahedron& t) const {
-        return widest_cosine(point[t[0]], point[t[1]], point[t[2]], point[t[3]]);
+        return smallest_dihedral_cosine(point[t[0]], point[t[1]], point[t[2]], point[t[3]]);
     }
     double cosine(std::uint32_t t) const { return cosine(tet[t]); }
     /// cosine() with a corner of the tetrahedron moved to \p p.

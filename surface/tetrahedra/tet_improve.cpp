@@ -145,7 +145,7 @@ class Improver {
     bool merge(std::uint32_t t, double slack);
     bool move(std::uint32_t v);
     bool flip(std::uint32_t t);
-    bool hand_over(std::uint32_t t, double slack);
+    bool reassign_region(std::uint32_t t, double slack);
     bool keeps_fronts(std::uint32_t from, std::uint32_t to, double slack) const;
     std::optional<Vec3> on_place(const Place& place, const Vec3& p) const;
 
@@ -285,7 +285,7 @@ bool Improver::flip(std::uint32_t t) {
 
 // Assigns a flat tetrahedron at an interface to the region beyond, if a flip removes it there. Deletes it if
 // nothing is meshed beyond.
-bool Improver::hand_over(std::uint32_t t, double slack) {
+bool Improver::reassign_region(std::uint32_t t, double slack) {
     const Tetrahedron c = mesh_.tet[t];
     double largest = 0.0;
     for (std::size_t k = 0; k < 4; ++k) {
@@ -336,7 +336,7 @@ bool Improver::repair(std::uint32_t t, double slack) {
     const double before = mesh_.cosine(t);
     for (const std::uint32_t v : mesh_.tet[t]) moved = move(v) || moved;
     if (moved && mesh_.cosine(t) < before - 0.01) return true;
-    return flip(t) || hand_over(t, slack) || moved || (forced_ && insert(t));
+    return flip(t) || reassign_region(t, slack) || moved || (forced_ && insert(t));
 }
 
 std::size_t Improver::pass(double target, double slack) {

@@ -12,7 +12,7 @@ double tet_volume(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
     return (b - a).cross(c - a).dot(d - a) / 6.0;
 }
 
-double widest_cosine(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
+double smallest_dihedral_cosine(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
     const Vec3 ab = b - a, ac = c - a, ad = d - a, bc = c - b, bd = d - b;
     // Normals out of the faces opposite to a, b, c and d.
     const Vec3 n[4] = {bc.cross(bd), ad.cross(ac), ab.cross(ad), ac.cross(ab)};
@@ -58,7 +58,7 @@ TetQuality measure_tets(const TetMesh& mesh) {
     for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
         std::array<Vec3, 4> p;
         for (std::size_t k = 0; k < 4; ++k) p[k] = mesh.vertices[mesh.tetrahedra[t][k]];
-        const double cosine = widest_cosine(p[0], p[1], p[2], p[3]);
+        const double cosine = smallest_dihedral_cosine(p[0], p[1], p[2], p[3]);
         const double angle = cosine > 1.0 ? 0.0 : kDegrees * std::acos(cosine);
         if (cosine > 1.0) ++quality.inverted;
         quality.least_dihedral_deg = std::min(quality.least_dihedral_deg, angle);

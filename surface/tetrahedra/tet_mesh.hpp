@@ -39,7 +39,7 @@ struct PlaneMesh {
 double tet_volume(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
 
 /// Cosine of the smallest dihedral angle of a tetrahedron; 2 unless its volume is positive.
-double widest_cosine(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
+double smallest_dihedral_cosine(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
 
 /// A face of a tetrahedron; the normal of `corners` points out of it.
 struct TetFace {

@@ -70,7 +70,7 @@ TEST_CASE("loose triangles whose corners rounding put apart are merged, and othe
             CHECK(repairs.welded == 0);
             CHECK(mesh.vertices.size() == sound.vertices.size());
             CHECK(enclosed_volume(mesh) == Approx(enclosed_volume(sound)).margin(50 * noise));
-            CHECK_THAT(surface::words_on(repairs), Contains("vertices less than"));
+            CHECK_THAT(surface::repair_summary(repairs), Contains("vertices less than"));
         }
     // What is closed is not merged, however fine: a needle's tip of 1e-7.
     auto needle = octahedron();

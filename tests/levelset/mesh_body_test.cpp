@@ -52,7 +52,7 @@ Body body_of(const TriangleMesh& mesh, const Domain& domain = kDomain) {
 std::string mended(const TriangleMesh& mesh) {
     const Folder folder;
     surface::write_mesh(folder.path / "body.vtp", mesh);
-    return surface::words_on(import_mesh((folder.path / "body.vtp").string(), kDomain).repairs);
+    return surface::repair_summary(import_mesh((folder.path / "body.vtp").string(), kDomain).repairs);
 }
 
 // Whether the body's distances are the expected ones at random points, but for what keeps touching bodies

@@ -204,12 +204,12 @@ TEST_CASE("tetrahedra come out the same each time, and too many are refused") {
 
 TEST_CASE("the smallest angle between faces of known tetrahedra") {
     const Vec3 a(0, 0, 0), b(1, 0, 0), c(0, 1, 0), d(0, 0, 1);
-    CHECK(std::acos(widest_cosine(a, b, c, d)) == Approx(std::acos(1.0 / std::sqrt(3.0))));
-    CHECK(widest_cosine(a, c, b, d) == 2.0);
-    CHECK(widest_cosine(a, b, c, Vec3(1, 1, 0)) == 2.0);
+    CHECK(std::acos(smallest_dihedral_cosine(a, b, c, d)) == Approx(std::acos(1.0 / std::sqrt(3.0))));
+    CHECK(smallest_dihedral_cosine(a, c, b, d) == 2.0);
+    CHECK(smallest_dihedral_cosine(a, b, c, Vec3(1, 1, 0)) == 2.0);
     const Vec3 r(1, 1, 1), s(1, -1, -1), t(-1, 1, -1), u(-1, -1, 1);
     const bool positive = tet_volume(r, s, t, u) > 0.0;
-    CHECK(widest_cosine(r, positive ? s : t, positive ? t : s, u) == Approx(1.0 / 3.0));
+    CHECK(smallest_dihedral_cosine(r, positive ? s : t, positive ? t : s, u) == Approx(1.0 / 3.0));
 }
 
 TEST_CASE("Gmsh's file names groups of triangles and tetrahedra and has every number to the last bit") {

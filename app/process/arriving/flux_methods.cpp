@@ -35,7 +35,7 @@ std::vector<flux::MethodChoice> choices_of(const Recipe& recipe, const Model& mo
         if (!sticking.empty()) options.sticking_by_wedge = sticking.subspan(k * wedges, wedges);
         flux::ExchangeOptions of_exchange = exchange_options(recipe, request);
         of_exchange.progress = nullptr;
-        flux::Exchange exchange(surface.flown(), *surface.scene, surface.box, arriving.wedges,
+        flux::Exchange exchange(surface.flight_mesh(), *surface.scene, surface.box, arriving.wedges,
                                 {model.species[k].source_exponent}, std::move(of_exchange));
         choices.push_back(flux::choose_method(exchange, model.species[k], arriving.materials, options));
     }

@@ -24,7 +24,7 @@ std::vector<double> exponents_of(const Model& model, const std::vector<SpeciesMe
 
 flux::Exchange make_exchange(const Recipe& recipe, const Model& model, const TracedSurface& surface,
                              const TraceRequest& request, const SurfaceFlux& arriving) {
-    return {surface.flown(),
+    return {surface.flight_mesh(),
             *surface.scene,
             surface.box,
             arriving.wedges,

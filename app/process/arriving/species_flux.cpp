@@ -22,7 +22,7 @@ constexpr double kSingleLeaks = 10.0;
 
 // Advice on how to lower a relative error above the target.
 std::string remedy(const Recipe& recipe, const flux::FluxResult& result, const SpeciesMethod& method) {
-    if (result.discretisation_error > flux::kElementsAlone * *recipe.flux.relative_error)
+    if (result.discretisation_error > flux::kDiscretisationShare * *recipe.flux.relative_error)
         return fmt::format(
             "{:.3g} of it are the traced mesh's linear elements, so make grid_spacing or "
             "simplify.l_max smaller",
@@ -100,8 +100,9 @@ void trace_pass(const Recipe& recipe, const Model& model, const TracedSurface& s
         options.emission_by_wedge = emission.subspan(pass.front() * wedges, wedges);
     options.reflected = pass.size() == 1 && has_direct(recipe, model, pass.front());
     options.adjoint = options.adjoint && !options.reflected;  // it samples first arrivals, known here
-    std::vector<flux::FluxResult> results = flux::trace_fluxes(
-        surface.flown(), *surface.scene, surface.box, species, arriving.materials, arriving.wedges, options);
+    std::vector<flux::FluxResult> results =
+        flux::trace_fluxes(surface.flight_mesh(), *surface.scene, surface.box, species, arriving.materials,
+                           arriving.wedges, options);
     for (std::size_t i = 0; i < pass.size(); ++i) arriving.trace->species[pass[i]] = std::move(results[i]);
 }
 
@@ -159,8 +160,8 @@ std::vector<DirectPart> direct_parts(const Recipe& recipe, const Model& model, c
         if (has_direct(recipe, model, k))
             parts.push_back({model.direct[k],
                              tally,
-                             flux::open_shares(*model.direct[k], surface.flown(), *surface.scene, surface.box,
-                                               wedges, surface.simplified.has_value()),
+                             flux::open_shares(*model.direct[k], surface.flight_mesh(), *surface.scene,
+                                               surface.box, wedges, surface.simplified.has_value()),
                              {}});
     return parts;
 }
@@ -168,7 +169,7 @@ std::vector<DirectPart> direct_parts(const Recipe& recipe, const Model& model, c
 // Sets the fluxes that models see to the direct fluxes, which have no noise, plus the rest.
 void join_parts(const TracedSurface& surface, SurfaceFlux& arriving) {
     if (arriving.direct.empty()) return;
-    const std::vector<Vec3> normals = flux::wedge_normals(surface.flown(), arriving.wedges);
+    const std::vector<Vec3> normals = flux::wedge_normals(surface.flight_mesh(), arriving.wedges);
     const std::vector<std::int32_t> materials = flux::wedge_materials(arriving.wedges, arriving.materials);
     for (DirectPart& part : arriving.direct) {
         const std::size_t tallies = part.source->tallies();
@@ -191,8 +192,9 @@ void average(const Recipe& recipe, const TracedSurface& surface,
     std::vector<flux::Unaveraged> fluxes;
     for (std::size_t k = 0; k < tallies.size(); ++k)
         fluxes.push_back({arriving.flux[k], tallies[k]->triangle.error});
-    std::vector<flux::FluxField> averages = flux::averaged(surface.flown(), surface.box, arriving.wedges,
-                                                           arriving.materials, fluxes, recipe.flux.averaging);
+    std::vector<flux::FluxField> averages =
+        flux::averaged(surface.flight_mesh(), surface.box, arriving.wedges, arriving.materials, fluxes,
+                       recipe.flux.averaging);
     for (std::size_t k = 0; k < tallies.size(); ++k) {
         arriving.flux[k] = std::move(averages[k].flux);
         if (solved[k] == 0) arriving.trace->error[k] = std::move(averages[k].error);
@@ -217,7 +219,7 @@ void smooth(const Recipe& recipe, const Model& model, const TracedSurface& surfa
             arriving.flux.push_back(
                 solved.back() != 0
                     ? wedge.flux
-                    : flux::smoothed_flux(surface.flown(), arriving.wedges, wedge,
+                    : flux::smoothed_flux(surface.flight_mesh(), arriving.wedges, wedge,
                                           whole_arrivals(surface.box, arriving.wedges, result)));
             const bool broad = model.species[s].bins.empty() && model.species[s].source_exponent <= kBroad;
             if (surface.sector && solved.back() == 0 && broad)

@@ -50,7 +50,7 @@ SurfaceFlux split_at_creases(const levelset::MaterialStack& stack, TracedSurface
         // Both triangles of a profile's segment get the same material.
         parts.materials[t] = levelset::exposed_material(stack, faces.of(is_profile(domain) ? t - t % 2 : t));
     });
-    parts.wedges = flux::make_wedges(surface.flown(), parts.materials);
+    parts.wedges = flux::make_wedges(surface.flight_mesh(), parts.materials);
     if (surface.sector) flux::join_rings(*surface.sector, parts.wedges);
     return parts;
 }

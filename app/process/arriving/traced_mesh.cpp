@@ -114,7 +114,7 @@ std::vector<std::uint8_t> features_of(const Recipe& recipe, const levelset::Mate
 // Whether all species are neutrals that are mostly re-emitted rather than stick, so that fluxes are smooth.
 bool spreads_evenly(const Model& model) {
     return std::ranges::all_of(model.species, [](const flux::Species& species) {
-        return flux::goes_on_diffusely(species) && std::ranges::max(species.sticking) <= 0.5;
+        return flux::only_reemits_diffusely(species) && std::ranges::max(species.sticking) <= 0.5;
     });
 }
 

@@ -78,7 +78,7 @@ struct TracedSurface {
 
     const TriangleMesh& traced() const { return simplified ? *simplified : raw; }
     /// The mesh that particles meet: for an axial wafer's profile the sector.
-    const TriangleMesh& flown() const { return sector ? *sector : traced(); }
+    const TriangleMesh& flight_mesh() const { return sector ? *sector : traced(); }
 };
 
 /// Options of a trace.

@@ -212,8 +212,7 @@ void count_step(Estimation& e, const Step& step, double times) {
     const double stages =
         all_stages ? static_cast<double>(levelset::stage_count(e.recipe.advection.time_integration)) : 1.0;
     const auto count = [&](double lasting, double speed) {
-        return std::max(time_steps(e.recipe, lasting, speed),
-                        lasting / step.duration * model.least_time_steps);
+        return std::max(time_steps(e.recipe, lasting, speed), lasting / step.duration * model.min_time_steps);
     };
     const auto traces_in = [&](double steps) {
         return steps * stages * pilot.later + pilot.at_start - pilot.later;

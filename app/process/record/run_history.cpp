@@ -71,7 +71,7 @@ void note_layers(const levelset::MaterialStack& stack, History& history) {
     history.layer_volumes = layer_volumes(stack);
 }
 
-void fit(History& history, std::size_t materials) {
+void resize_to_materials(History& history, std::size_t materials) {
     for (auto* volumes : {&history.initial, &history.most, &history.added, &history.removed})
         volumes->resize(materials, 0.0);
     history.present.resize(materials, 0);

@@ -89,7 +89,7 @@ void end_step(const levelset::MaterialStack& stack, std::size_t step, StepEnd en
 void note_layers(const levelset::MaterialStack& stack, History& history);
 
 /// Resizes the lists to the number of materials of a new recipe.
-void fit(History& history, std::size_t materials);
+void resize_to_materials(History& history, std::size_t materials);
 
 /// \throws FileError if it is no history of a run with so many materials that has come to step \p step.
 void require_whole(const History& history, std::size_t materials, std::size_t step);

@@ -117,7 +117,7 @@ void add_events(const Recipe& recipe, const std::vector<Step>& steps, const Hist
                 json["at"].push_back(number_or_null(event.at[axis], kDigits));
             if (event.kind == kDetached || event.kind == kVoidClosed) {
                 json["count"] = event.count;
-                json["volume"] = number_or_null(event.volume / width_of_strip(recipe), kDigits);
+                json["volume"] = number_or_null(event.volume / volume_divisor(recipe), kDigits);
             }
         }
         summary["events"].push_back(std::move(json));
@@ -134,7 +134,7 @@ void add_volumes(const Recipe& recipe, const RunState& state, Json& summary, std
     const levelset::Domain& domain = state.stack.domain;
     summary["volumes"] = Json::object();
     const std::string unit = volume_unit(recipe);
-    const double width = width_of_strip(recipe);
+    const double width = volume_divisor(recipe);
     summary["volume_unit"] = unit;
     double grown = 0.0;
     for (std::size_t m = 0; m < last.size(); ++m) {

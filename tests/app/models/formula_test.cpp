@@ -80,7 +80,7 @@ rate = { Si = "-0.1*F*(1 - theta) - 0.02*ion*cos", SiO2 = "-twice*depth - x*y + 
     CHECK(etch.model.speed(point) == Approx(-std::numbers::pi - 6.0 - 2.0).epsilon(1e-14));
     point.time = 1.5;
     CHECK(etch.model.speed(point) == Approx(-std::numbers::pi - 6.0 - 1.5).epsilon(1e-14));
-    CHECK(etch.model.least_time_steps == 100);  // a rate that changes with time is followed
+    CHECK(etch.model.min_time_steps == 100);  // a rate that changes with time is followed
 
     std::vector<double> settled{0.0};
     etch.model.coverages.react(etch.point("Si", flux, settled), 0.0, settled);
@@ -90,7 +90,7 @@ rate = { Si = "-0.1*F*(1 - theta) - 0.02*ion*cos", SiO2 = "-twice*depth - x*y + 
 
     const Formulated plain = formulated("rate = { default = -0.5, Mask = 0 }\n");
     CHECK(plain.model.species.empty());
-    CHECK(plain.model.least_time_steps == 1);
+    CHECK(plain.model.min_time_steps == 1);
     CHECK_FALSE(plain.model.depends_on_position);
     CHECK(plain.model.speed(plain.point("Si", {})) == -0.5);
     CHECK(plain.model.speed(plain.point("Mask", {})) == 0.0);
@@ -392,7 +392,7 @@ TEST_CASE("a formula's effective recipe reads back equal, and its keys are setta
     const std::string text = kFormulaWafer + rate("-k*F") + "time_steps = 7\n";
     const Recipe recipe = parse_recipe(text, "step.toml", {"step[0].parameters.k=0.5"});
     const Model model = make_model(recipe.steps[0], recipe.materials, recipe.domain);
-    CHECK(model.least_time_steps == 7);
+    CHECK(model.min_time_steps == 7);
     const std::vector<double> flux{2.0, 1.0}, theta{0.0};
     CHECK(model.speed({0, flux, Vec3::UnitZ(), true, theta}) == -1.0);
     Recipe again = parse_recipe(effective_recipe(recipe), "effective.toml");

@@ -39,7 +39,7 @@ TEST_CASE("ion_beam: atoms that leave and atoms that land make the speed, by the
     };
     // Yields that etch a flat wafer at its rate, and what they give off.
     const double flat = 0.02 / -speed("Si", 1.0, 0.0);
-    const auto given_off = [&](const char* material) {
+    const auto redeposition_scale = [&](const char* material) {
         return flat * ion.redeposition->yield.scale.at(
                           static_cast<std::size_t>(*material_id(recipe.materials, material)));
     };
@@ -47,9 +47,9 @@ TEST_CASE("ion_beam: atoms that leave and atoms that land make the speed, by the
          {std::tuple("Si", 0.02, 5.02), {"SiO2", 0.01, 2.2}, {"PolySi", 0.03, 5.0}}) {
         CHECK(speed(material, flat, 0.0) == Approx(-rate));
         // All of it back where it came from: what a fraction of 0.8 leaves to be lost.
-        CHECK(speed(material, flat, given_off(material)) == Approx(-0.2 * rate));
+        CHECK(speed(material, flat, redeposition_scale(material)) == Approx(-0.2 * rate));
         // Elsewhere it makes a film of as many atoms.
-        CHECK(speed(material, 0.0, given_off(material)) == Approx(0.8 * rate * density / 5.0));
+        CHECK(speed(material, 0.0, redeposition_scale(material)) == Approx(0.8 * rate * density / 5.0));
     }
     CHECK_NOTHROW(
         with_mask("Mask", kBeam + "rate = 0.02\n"));  // the run that those with a fraction are compared with

@@ -141,7 +141,7 @@ TEST_CASE("neutrals come from the angles that a table says, exactly") {
                  "\"curve.csv\" }]\n");
     const flux::Species& species = model.species[0];
     CHECK(species.energy.mean == 0.0);
-    CHECK(flux::goes_on_diffusely(species));
+    CHECK(flux::only_reemits_diffusely(species));
     CHECK(flux::why_not_radiosity(species) == "its source is no cos^n");
     CHECK_FALSE(flux::same_paths(species, {"other", 1.0, {1.0}}));
     // Chi-square of 45 bins of 2 degrees, against the integral of intensity times sine.

@@ -380,7 +380,7 @@ TEST_CASE("writes 17 MB", "[.]") {  // asked by the next one
 TEST_CASE("an answer that is too large is refused, not cut", "[foreign]") {
     const Opened opened;
     const Descriptor here = opened.folder.folder("");
-    CHECK_THROWS_WITH(ask_program({"writes 17 MB"}, here.number(), "", std::chrono::seconds(60)),
+    CHECK_THROWS_WITH(run_self({"writes 17 MB"}, here.number(), "", std::chrono::seconds(60)),
                       Catch::Contains("over 16000000"));
 }
 

@@ -1,4 +1,4 @@
-#include "surface/files/held_folder.hpp"
+#include "surface/files/locked_folder.hpp"
 
 #include <sys/stat.h>
 #include <unistd.h>
