@@ -62,7 +62,7 @@ std::string folder_part(const std::string& name) {
 bool holds_results(const Descriptor& folder) {
     bool marked = false;
     for (const char* file : {"summary.json", "timeline.csv", "sweep.json", "fit.json", "compare.json",
-                             "manifest.txt", "recipe.toml", "sweep.csv"}) {
+                             "study.json", "validation.json", "manifest.txt", "recipe.toml", "sweep.csv"}) {
         struct stat there {};
         if (::fstatat(folder.number(), file, &there, AT_SYMLINK_NOFOLLOW) != 0) continue;
         if (!S_ISREG(there.st_mode)) return false;

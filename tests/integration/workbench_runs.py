@@ -109,6 +109,12 @@ def main():
         server.ask("/api/start", {"command": "sweep", "output": "results/sweep", "resume": True})
         server.until("finished", name="results/sweep")
         found["sweep_at_last"] = server.run("results/sweep")["state"]
+        # Folders of study and validate, too, are results.
+        for kind in ("study", "validation"):
+            os.makedirs(f"{folder}/results/{kind}")
+            with open(f"{folder}/results/{kind}/{kind}.json", "w") as file:
+                file.write("{}")
+        found["kinds"] = [server.run(f"results/{kind}").get("kind") for kind in ("study", "validation")]
         server.process.terminate()
         found["exit_code"] = server.process.wait(10)
     finally:

@@ -142,6 +142,7 @@ TEST_CASE("a run outlives the workbench that started it, and page and command li
     CHECK(runs["wrong_line"] == 1);
     CHECK(runs["sweep_stopped"] == "stopped");
     CHECK(runs["sweep_at_last"] == "finished");
+    CHECK(runs["kinds"] == Json::array({"study", "validation"}));
     CHECK(runs["exit_code"] == 0);
 }
 
