@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Runs every quick recipe in two checkouts that are built, each its own, and compares what they write byte for byte:
+# Runs every quick recipe with the programs of two built checkouts and compares what they write byte for byte:
 #   tests/compare_builds.sh TREE_A TREE_B [RECIPE...]
 # TREE/build/release/sidewall runs TREE/configs/quick/RECIPE.toml. Surfaces, interfaces, traced meshes, profiles and
-# timelines must be equal; summaries hold seconds. Exit code 0 if all are.
+# timelines must be equal; summaries hold seconds and are not compared. Exit code 0 if all are equal.
 set -euo pipefail
 
 [ $# -ge 2 ] || { sed -n '2,5s/^# \?//p' "$0" >&2; exit 2; }

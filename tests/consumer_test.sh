@@ -11,7 +11,7 @@ rm -rf "$folder"
 mkdir -p "$folder"
 cmake --install "$build" --prefix "$folder/prefix" >"$folder/install.log" || { cat "$folder/install.log"; exit 1; }
 
-# Moved elsewhere, all is found from where it lies now.
+# An installation that was moved finds its files at the new place.
 mv "$folder/prefix" "$folder/moved"
 prefix=$folder/moved
 "$prefix/bin/sidewall" check --no-estimate "$prefix/share/sidewall/configs/quick/trench_deposition.toml" >/dev/null
@@ -24,7 +24,7 @@ for file in share/man/man1/sidewall.1 share/bash-completion/completions/sidewall
 done
 bash -n "$prefix/share/bash-completion/completions/sidewall"
 
-# consumer LIBRARY [PACKAGE...]: PACKAGEs that it has no need of are not to be had.
+# consumer LIBRARY [PACKAGE...]: builds and runs it while CMake does not find PACKAGEs that it does not need.
 consumer() {
     local library=$1 without=() package
     shift
@@ -38,7 +38,7 @@ consumer() {
     fi
 }
 
-# needs_no LIBRARY PATTERN: the consumer is not linked with other libraries than its own.
+# needs_no LIBRARY PATTERN: the consumer of LIBRARY is linked with no library that matches PATTERN.
 needs_no() {
     if objdump -p "$folder/$1/consumer" | grep NEEDED | grep -E "$2"; then fail "the consumer of $1 needs these"; fi
 }

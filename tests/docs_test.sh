@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Holds the guide to the program and to itself:
-#   docs_test.sh links                           every link of every page leads somewhere; the gallery is up to date, and so is the version
+# Checks the guide against the program and against itself:
+#   docs_test.sh links                           every link of every page has a target; gallery and version are up to date
 #   docs_test.sh commands BUILD_DIR SCRATCH      every command in a block marked sh runs, every part of a recipe in one marked
 #                                                toml is accepted; page after page in one folder that holds configs and the run that ./setup.sh run leaves
 set -euo pipefail
@@ -50,7 +50,7 @@ test_links() {
     return $bad
 }
 
-# What a part of a recipe lacks to be one.
+# Completes a part of a recipe to a whole one.
 complete() {
     local text=$1
     grep -q '^\[domain\]' <<<"$text" || printf '[domain]\nextent = [4.0, 2.0]\ngrid_spacing = 0.1\n'

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Whether `sidewall fit` finds three hidden parameters from five starts within 40 runs, of a deposition (sticking, rate, source
-# exponent; from a profile) and of an etch (neutral and ion rate, ion exponent; from two profiles); and how often the 95 %
-# intervals hold the hidden values, when the deposition's figures have errors of 0.5 %; and how often they do where the only error
-# is the simulation's noise: fits with several seeds against ones of four times as many rays. By hand; takes minutes.
+# How well `sidewall fit` finds hidden parameters. deposition, etch: three within 40 runs from five starts, of a deposition
+# (sticking, rate, source exponent; from a profile) and of an etch (neutral and ion rate, ion exponent; from two profiles).
+# intervals: how often the 95 % intervals hold the hidden values when the deposition's figures have errors of 0.5 %. noise: how
+# often where the only error is the simulation's noise: fits with several seeds against four times the rays. By hand; takes minutes.
 #   fit_starts.sh BUILD_DIR SCRATCH [deposition|etch] [START, 1 to 5]...
 #   fit_starts.sh BUILD_DIR SCRATCH intervals [TRIALS, 20]
 #   fit_starts.sh BUILD_DIR SCRATCH noise [SEEDS, 20]

@@ -8,7 +8,7 @@
 
 namespace sidewall::test {
 
-/// An empty folder, removed with everything in it.
+/// A temporary folder, empty at first; the destructor removes it with everything in it.
 struct Folder {
     std::filesystem::path path;
     Folder() {

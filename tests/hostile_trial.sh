@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# A run that is killed 36 times, meets 31 full disks and goes on beside 150 damaged files: nothing is lost, and no damage
+# A run that is killed 36 times, meets 31 full disks and resumes beside 150 damaged files: nothing is lost, and no damage
 # passes unnoticed into a result. By hand; takes minutes.
 #   hostile_trial.sh BUILD_DIR SCRATCH
 set -uo pipefail
@@ -31,7 +31,7 @@ run=(run recipe.toml --quiet -o out)
 wrong=0
 fail() { echo "WRONG: $*"; wrong=$((wrong + 1)); }
 
-# What a run leaves, without clocks: checkpoints and summaries hold some.
+# Hash of a run's files without clock times, which checkpoints and summaries hold.
 content() {
     (cd "$1" && { cat surface_*.vtp interface_*.vtp profile_*.csv timeline.csv recipe.toml surface.pvd; sort manifest.txt; } |
         sha256sum)
@@ -88,7 +88,7 @@ PYTHON
         "$program" "${run[@]}" --resume >said.txt 2>&1
         code=$?
         if [ $code -eq 0 ]; then
-            # Surfaces of earlier times are not read again, and what is cut off the timeline's end may come again.
+            # Surfaces of earlier times are not read again, and rows cut off the timeline's end may be written again.
             [ "$file" = surface_0001.vtp ] || [ -s said.txt ] || [ "$(content out)" = "$whole" ] ||
                 fail "$file damaged ($n): another result without a word"
         elif [ $code -gt 5 ]; then

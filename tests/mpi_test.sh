@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Runs shared over the ranks of mpirun, or why not, and exit code 77:
+# Tests runs shared over the ranks of mpirun; exit code 77 with the reason where they cannot be made:
 #   tests/mpi_test.sh bytes|failures|sweep BUILD FOLDER
-# bytes: any number of ranks and threads, and a resumed run's other number, write what one process writes. failures: a full
-# disk, a lost rank, a signal and an error on one rank end all of them, with a message. sweep: a lost rank loses no row.
+# bytes: any number of ranks and threads, and a run resumed on another number, write what one process writes. failures: a
+# full disk, a lost rank, a signal and an error on one rank end all of them, with a message. sweep: a lost rank loses no row.
 set -euo pipefail
 
 [ $# -eq 3 ] || { sed -n '2,5s/^# \?//p' "$0" >&2; exit 2; }
@@ -12,12 +12,12 @@ command -v mpirun >/dev/null || { echo "skipped: there is no mpirun; install ope
 [ -e "$build/libsidewall_mpi.so" ] || { echo "skipped: the build has found no libopenmpi-dev"; exit 77; }
 rm -rf "$folder" && mkdir -p "$folder" && cd "$folder"
 
-# Ranks ranks, and beside them the options of all: more ranks than cores, and root in a container.
+# ranks COUNT COMMAND...: runs a command on COUNT ranks; allows more ranks than cores, and root in a container.
 ranks() { local count=$1; shift; timeout -k 5 60 mpirun --oversubscribe --allow-run-as-root -n "$count" "$@" </dev/null; }
 fail() { echo "$*" >&2; exit 1; }
 
-# Everything that a run writes but times, and the counts of threads and ranks. Checkpoints hold a number that is drawn anew
-# for each; what they go on to is compared instead.
+# Compares all that two runs wrote but times and the counts of threads and ranks. Checkpoints hold a number that is drawn
+# anew for each; runs resumed from them are compared instead.
 same() {
     local file
     [ "$(ls "$1")" = "$(ls "$2")" ] || fail "$1 and $2 hold other files: $(ls "$1" "$2")"
@@ -41,8 +41,8 @@ PYTHON
 
 case $what in
 bytes)
-    # Neutrals from above; ions and neutrals that need each other, by rays and by radiosity; radiosity with coverages; a
-    # round wafer, ions by rays and what their coverages take by radiosity.
+    # Neutrals from above; ions and neutrals that depend on each other, by rays and by radiosity; radiosity with coverages; a
+    # round wafer with ions by rays and the neutrals of its coverages by radiosity.
     cp "$source"/configs/quick/{trench_deposition,formula_etch,ald_hole,contact_round}.toml .
     declare -A set=([trench_deposition]="--set step[0].duration=0.6" [formula_etch]="--set flux.method=radiosity --set step[0].duration=0.5" [ald_hole]="--set flux.method=radiosity --set step[0].duration=100" [contact_round]="--set step.etch.duration=2.0 --set step.liner.duration=0.2 --set step.fill.duration=0.1")
     for recipe in trench_deposition formula_etch ald_hole contact_round; do
@@ -78,7 +78,7 @@ step = [{model = "single_particle", duration = 100.0, rate = 0.01, sticking = 0.
 output = {every = 0.5}
 flux = {rays = 200000}
 TOML
-    # Each rank tells its number.
+    # Each rank writes its process id to a file.
     cat >rank.sh <<TEXT
 #!/bin/sh
 echo \$\$ >pid.\$OMPI_COMM_WORLD_RANK
@@ -98,7 +98,7 @@ TEXT
     # Open MPI 5 breaks the line.
     [ $code = 137 ] && tr '\n' ' ' <log | grep -q 'rank 1 .*exited on *signal 9' || fail "a lost rank ended with $code: $(cat log)"
 
-    # A signal to one rank stops all of them at the same time step, with a checkpoint; it goes on from there.
+    # A signal to one rank stops all of them at the same time step, with a checkpoint; the run resumes from there.
     ranks 3 ./rank.sh run long.toml -o lost --quiet --resume >log 2>&1 & job=$!
     rm -f pid.2; await pid.2; sleep 2; kill -TERM "$(cat pid.2)"
     code=0; wait $job || code=$?
@@ -133,7 +133,7 @@ echo \$\$ >pid.\$OMPI_COMM_WORLD_RANK
 exec $build/sidewall "\$@"
 TEXT
     chmod +x rank.sh
-    # A run that is killed is a row with its message; the others are whole, and --resume makes it anew.
+    # A run that is killed is a row with its message; the others are complete, and --resume repeats it.
     ranks 2 ./rank.sh $sweep -o killed >log 2>&1 & job=$!
     for _ in $(seq 200); do [ -s pid.1 ] && child=$(cat "/proc/$(cat pid.1)/task/"*"/children" 2>/dev/null) && [ -n "$child" ] && break; sleep 0.05; done
     kill -KILL $child 2>/dev/null || true
@@ -149,12 +149,12 @@ TEXT
     mpirun=$(ps -o ppid= -p "$(cat pid.0)")
     kill -KILL "$(cat pid.1)"
     while kill -0 "$(cat pid.0)" 2>/dev/null; do sleep 0.1; done
-    kill -KILL $mpirun 2>/dev/null || true  # which may wait for the lost rank
+    kill -KILL $mpirun 2>/dev/null || true  # it may wait for the lost rank
     wait $job || true
     [ "$(grep -c ',ok$' lost/sweep.csv)" -ge 15 ] || fail "rows were lost with a rank: $(cat log lost/sweep.csv)"
     ranks 2 "$build/sidewall" $sweep -o lost --resume
     cmp <(rows alone/sweep.csv) <(rows lost/sweep.csv) || fail "the resumed sweep has another table"
-    # A search asks for the same runs, whoever makes them.
+    # A fit asks for the same runs, whichever rank makes them.
     fit="fit recipe.toml --set flux.rays=20000 --vary step[0].sticking=0.1:0.9 --target depth=1.1+-0.02 --max-runs 12 --jobs 1 --threads 1 --quiet"
     "$build/sidewall" $fit -o fit.alone
     ranks 2 "$build/sidewall" $fit -o fit.two

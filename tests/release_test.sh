@@ -54,7 +54,7 @@ within useradd --create-home --shell /bin/bash engineer
 home=$root/home/engineer
 cp "$source"/build/package/* "$root/tmp/" 2>/dev/null || true
 
-# Recipes run and a picture is drawn by the user; `sidewall` is on the path.
+# Runs recipes and draws a picture as the user; `sidewall` is on the path.
 uses_the_program() {
     as_user 'sidewall --version'
     as_user "sidewall run $configs/quick/trench_deposition.toml --quiet && test -s results/trench_deposition/summary.json"
@@ -67,7 +67,7 @@ commands_under() {
     awk -v heading="## $1" '/^## / { here = $0 == heading } /^```/ { inside = !inside; next } here && inside' "$source/docs/installing.md"
 }
 
-# What was removed has left nothing.
+# Checks that removal has left nothing.
 is_gone() {
     rm -f "$root/usr/local/bin/sidewall"  # the test's own link
     local left

@@ -4,10 +4,10 @@
 
 #include "surface/files/file.hpp"
 
-// Built-in models put as formulas.
+// Built-in models written as formula models, for tests that compare the two.
 namespace sidewall::test {
 
-/// A shipped quick recipe with its one step put in other words.
+/// The shipped quick recipe configs/quick/\p name with its only step replaced by \p step.
 inline std::string restated(const std::string& name, const std::string& step) {
     const std::string text = surface::read_whole_file(SIDEWALL_SOURCE_DIR "/configs/quick/" + name);
     const std::size_t begin = text.find("[[step]]"), end = text.find("[flux]");
@@ -16,7 +16,7 @@ inline std::string restated(const std::string& name, const std::string& step) {
     return text.substr(0, begin) + step + text.substr(end);
 }
 
-/// The step of sf6o2_hole.toml.
+/// The step of sf6o2_hole.toml as a formula.
 inline const std::string kSf6 = R"TOML([[step]]
 model = "formula"
 duration = 20.0
@@ -36,7 +36,7 @@ theta_p = "O*oxygen/(beta_sigma + ions*ion_removal) / (1 + fluorine*etchant/(k_s
 
 )TOML";
 
-/// The step of teos_trench.toml.
+/// The step of teos_trench.toml as a formula.
 inline const std::string kTeos = R"TOML([[step]]
 model = "formula"
 duration = 1.0

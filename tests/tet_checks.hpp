@@ -6,18 +6,18 @@
 
 #include "surface/tetrahedra/tet_mesh.hpp"
 
-// What every mesh of tetrahedra must be.
+// Checks that every mesh of tetrahedra must pass.
 namespace sidewall::test {
 
 using Sorted = std::array<std::uint32_t, 3>;
 
-/// A face and the regions of the tetrahedra at it.
+/// A face and the regions of the tetrahedra that have it.
 struct FaceAt {
     Sorted face;
     std::vector<int> regions;
 };
 
-/// In the order of their vertices.
+/// All faces, in the lexicographic order of their sorted vertices.
 inline std::vector<FaceAt> faces_of(const TetMesh& mesh) {
     std::vector<std::pair<Sorted, int>> all;
     all.reserve(4 * mesh.tetrahedra.size());
@@ -37,8 +37,8 @@ inline std::vector<FaceAt> faces_of(const TetMesh& mesh) {
     return faces;
 }
 
-/// All tetrahedra have a positive volume, and angles between faces over 5 degrees; each face is of two, or of one and
-/// then on the box to the last bit or, if \p open, on the surface.
+/// Checks that tetrahedra have positive volumes and dihedral angles over 5 degrees, and that each face
+/// belongs to two of them, or to one and then lies on the box to the last bit or, if \p open, on the surface.
 /// \returns the number of faces on the surface.
 inline std::size_t check_tets(const TetMesh& mesh, const Box3& box, bool open) {
     const TetQuality quality = measure_tets(mesh);

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# clang-tidy on the product's sources, twenty at a time, so that headers are read once for all. Sources that cannot stand in
-# one file (two may use a name each for themselves) and those with finds are then looked at one by one: what that
+# clang-tidy on the product's sources, twenty at a time, so that headers are read once for all. Sources that cannot share a
+# file (two may each have a local name of their own) and those with findings are then checked one by one: only what that
 # reports counts.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -14,7 +14,7 @@ together() {
 }
 export -f together
 find build/tidy-unity -path '*/Unity/unity_*_cxx.cxx' | sort | xargs -P "$(nproc)" -I{} bash -c 'together {}' >build/tidy.list
-# What stands in no unity file.
+# Sources that are in no unity file.
 comm -23 <(git ls-files 'surface/*.cpp' 'levelset/*.cpp' 'simplify/*.cpp' 'flux/*.cpp' 'app/*.cpp' | sort) \
     <(find build/tidy-unity -path '*/Unity/unity_*_cxx.cxx' -exec grep -ho '#include "[^"]*"' {} + | cut -d'"' -f2 |
         sed "s|^$PWD/||" | sort) >>build/tidy.list

@@ -123,8 +123,8 @@ py::array view(const double* values, std::size_t rows, std::size_t columns, cons
 void add_mesh(py::module_& module) {
     py::class_<TriangleMesh, std::shared_ptr<TriangleMesh>>(module, "Mesh", R"(A triangle mesh.
 
-Its arrays are read-only views of it: nothing is copied, and they keep it alive.
-points, triangles = mesh unpacks it.)")
+Its arrays are read-only views of its memory, not copies, and keep it alive.
+It unpacks into two arrays: points, triangles = mesh.)")
         .def_property_readonly("points", &points_of, "(n, 3) float64, world units")
         .def_property_readonly(
             "triangles", &triangles_of,
@@ -134,13 +134,13 @@ points, triangles = mesh unpacks it.)")
             [](const py::object& self) {
                 return columns(self.cast<const TriangleMesh&>().vertex_attributes, self);
             },
-            "arrays by name, a row a point")
+            "dict of arrays by name, one row a point")
         .def_property_readonly(
             "triangle_data",
             [](const py::object& self) {
                 return columns(self.cast<const TriangleMesh&>().triangle_attributes, self);
             },
-            "arrays by name, a row a triangle; whole numbers, as of `material`, are int32 and copied")
+            "dict of arrays by name, one row a triangle; integers such as `material` are copies as int32")
         .def("__iter__",
              [](const py::object& self) {
                  return py::make_tuple(points_of(self), triangles_of(self)).attr("__iter__")();

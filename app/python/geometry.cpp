@@ -155,40 +155,43 @@ void add_geometry(py::module_& module) {
                "l_max"_a = py::none(), "target_vertices"_a = py::none(), "weights"_a = py::none(),
                "max_error"_a = py::none(), "feature_parameter"_a = 0.5, "grid_spacing"_a = py::none(),
                "material"_a = py::none(),
-               R"(Coarsens a surface mesh, its features less than its flat parts.
+               R"(Coarsens a surface mesh, less at features (edges and strong curvature) than elsewhere.
 
 points and triangles have the shapes (n, 3) and (m, 3). Lengths are in the mesh's own unit.
 
 method: none, lindstrom-turk, region, region-bounded or cgal-lindstrom-turk.
-l0: edges shorter than this collapse everywhere, features included (default: grid_spacing, else the mean edge).
-step: growth of that length per ring away from features. l_max: no longer edge collapses.
-target_vertices: stop there. weights: of volume, boundary and shape. max_error: hard bound on the distance, both ways.
-feature_parameter: C, a vertex is a feature if |H| > C/dx or |K| > (C/dx)^2, or "auto".
-material: whole numbers, one a triangle; borders between them are kept.
+l0: edges shorter than this collapse everywhere, at features too (default: grid_spacing, else the mean edge length).
+step: increase of that length per ring of vertices away from features. l_max: edges longer than this never collapse.
+target_vertices: number at which coarsening stops. weights: of volume, boundary and shape in the Lindstrom-Turk cost.
+max_error: upper bound of the distance between both surfaces, in either direction.
+feature_parameter: C; a vertex is a feature if its mean curvature |H| > C/dx or its Gaussian curvature |K| > (C/dx)^2,
+dx being grid_spacing, else the mean edge length; or "auto". material: integer ids, one a triangle; borders between materials are kept.
 
-Returns a Mesh; triangle_data["material"] comes along.
+Returns a Mesh, with triangle_data["material"] if material is given.
 Raises GeometryError for a mesh that is no orientable manifold, RecipeError for an option out of range.)");
 
-    py::class_<Distances>(module, "Distance", "Distances between two surfaces, in their length unit.")
-        .def_readonly("max", &Distances::max, "the greater maximum of both directions")
-        .def_readonly("mean", &Distances::mean, "the greater mean")
+    py::class_<Distances>(module, "Distance", "Distances between two surfaces, in the unit of the points.")
+        .def_readonly("max", &Distances::max, "largest distance, over both directions")
+        .def_readonly("mean", &Distances::mean, "mean distance, of the direction in which it is larger")
         .def_readonly("forward", &Distances::forward,
-                      "from each point of the first mesh to the second surface")
-        .def_readonly("backward", &Distances::backward, "and the other way round");
+                      "distance of each point of the first mesh to the second surface")
+        .def_readonly("backward", &Distances::backward,
+                      "distance of each point of the second mesh to the first surface");
     module.def(
         "distance", &distance, "points"_a, "triangles"_a, "other_points"_a, "other_triangles"_a,
-        R"(Distances from the points of each of two meshes to the surface of the other: distance(*a, *b) of two Meshes.
+        R"(Distances from the points of each of two meshes to the surface of the other. For Meshes a and b: distance(*a, *b).
 
 Raises GeometryError for a mesh without points or triangles.)");
 
-    module.def("extract", &extracted, "phi"_a, "spacing"_a, "origin"_a = std::array<double, 3>{},
-               R"(The zero level of a signed distance, negative inside the material, by marching cubes.
+    module.def(
+        "extract", &extracted, "phi"_a, "spacing"_a, "origin"_a = std::array<double, 3>{},
+        R"(Extracts the zero level of a signed distance, negative inside the material, by marching cubes.
 
-phi: values at the nodes of a grid, axes x, y, z; node (i, j, k) lies at origin + spacing * (i, j, k). Farther than three
-spacings from its zero it may be clipped. In x and y the surface may end at the array's sides, not in z.
+phi: values at the nodes of a grid, axes x, y, z; node (i, j, k) lies at origin + spacing * (i, j, k). Values farther than
+three spacings from zero may be clipped. The surface may end at the array's sides in x and y, but not in z.
 
-Returns a Mesh; its open boundary lies in the sides to the last bit if origin is 0.
-Raises GeometryError if phi is no such distance.)");
+Returns a Mesh; if origin is 0, its open boundary lies exactly in the planes of the sides.
+Raises GeometryError if phi is no signed distance.)");
 }
 
 }  // namespace sidewall::python

@@ -33,16 +33,17 @@ py::object add_exception(py::module_& module, const char* name, const py::object
 void add_exceptions(py::module_& module) {
     const py::object any =
         add_exception<Error>(module, "Error", py::reinterpret_borrow<py::object>(PyExc_Exception),
-                             "What the program refuses or fails at, in its own words.");
+                             "Base class of the errors that Sidewall raises; the text says what is wrong.");
     const auto both = [&](PyObject* python) { return py::make_tuple(any, py::handle(python)); };
     add_exception<RecipeError>(module, "RecipeError", both(PyExc_ValueError),
-                               "A recipe or option that makes no sense.");
+                               "A recipe or option with a wrong key or value.");
     add_exception<FileError>(module, "FileError", both(PyExc_OSError),
                              "An input file that is missing, damaged or of the wrong kind.");
     add_exception<GeometryError>(module, "GeometryError", both(PyExc_ValueError),
-                                 "A mesh or grid that cannot be worked on.");
-    add_exception<NumericsError>(module, "NumericsError", both(PyExc_ArithmeticError),
-                                 "No solution: not a number, no surface left, particles that leak.");
+                                 "A mesh or grid that cannot be used, such as one that is no manifold.");
+    add_exception<NumericsError>(
+        module, "NumericsError", both(PyExc_ArithmeticError),
+        "Numerical failure: NaN values, no surface left, or particles that pass through the surface.");
     add_exception<IoError>(module, "IoError", both(PyExc_OSError), "An output that could not be written.");
     // NOLINTNEXTLINE(performance-unnecessary-value-param): the signature that pybind11 asks for
     py::register_exception_translator([](std::exception_ptr thrown) {
@@ -87,7 +88,7 @@ PYBIND11_MODULE(_sidewall, module) {
     for (const auto add : {python::add_exceptions, python::add_mesh, python::add_geometry,
                            python::add_tracing, python::add_recipe, python::add_simulation})
         add(module);
-    module.def("thread_count", &app::thread_count, "The number of threads in force.");
+    module.def("thread_count", &app::thread_count, "Returns the number of threads in use.");
     module.def(
         "limit_threads",
         [](int count) {
@@ -95,5 +96,6 @@ PYBIND11_MODULE(_sidewall, module) {
                 throw RecipeError("limit_threads(" + std::to_string(count) + "): must be in [1, 1024]");
             app::limit_threads(count);
         },
-        py::arg("count"), "Lets all work use no more threads from now on; results do not depend on it.");
+        py::arg("count"),
+        "Sets the largest number of threads for all further work; results do not depend on it.");
 }

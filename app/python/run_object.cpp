@@ -275,26 +275,29 @@ void add_simulation(py::module_& module) {
     py::class_<StepObject, std::shared_ptr<StepObject>>(module, "TimeStep",
                                                         R"(The wafer before a time step, or at the run's end.
 
-It keeps what it was asked for; anything else is available only until the next time step is asked for.)")
+surface() and measures stay available once they were read; everything else only until the next one is requested.)")
         .def_readonly("time", &StepObject::time, "process time, in the recipe's unit")
-        .def_readonly("dt", &StepObject::dt, "of the time step about to be made; 0 at the end")
+        .def_readonly("dt", &StepObject::dt, "length of the time step that follows; 0 at the end")
         .def_readonly("step", &StepObject::step, "name of the recipe's step")
-        .def_property_readonly("measures", &StepObject::measures,
-                               "what [metrology] asks for, by name; nan where it does not exist")
-        .def_property_readonly("fluxes", &StepObject::fluxes,
-                               "by name, a value for each triangle of surface(); 1 on an open plane")
+        .def_property_readonly(
+            "measures", &StepObject::measures,
+            "dict of the figures that [metrology] asks for, by name; nan where a figure does not exist")
+        .def_property_readonly(
+            "fluxes", &StepObject::fluxes,
+            "dict of arrays by species, one value for each triangle of surface(); 1 on an open plane")
         .def(
             "surface", &StepObject::surface, py::arg("around") = py::none(),
-            "The surface, a Mesh with triangle_data material, flux_*, coverage_* and rate. Of a round wafer (domain.symmetry = "
-            "\"axial\") it is the profile, x being the radius, as a strip that is no surface for flux(); around=64, say: the "
-            "surface all around, of so many sides.")
-        .def("traced", &StepObject::traced,
-             "The mesh that was traced, with flux_* and flux_error_* as counted there; None if nothing was.")
+            "The surface, a Mesh with triangle_data material, flux_*, coverage_* and rate. For a round wafer (domain.symmetry = "
+            "\"axial\") it is a narrow strip along the profile, x being the radius, which flux() cannot trace; with around=64 it is "
+            "the full round surface, with 64 sides.")
+        .def(
+            "traced", &StepObject::traced,
+            "The mesh on which particles were traced, with its flux_* and flux_error_*; None if none were traced.")
         .def("layers", &StepObject::layers,
-             "(material, Mesh) of every layer, bottom up: the boundary between it and what lies above.")
+             "List of (material, Mesh) for every layer, bottom up; the mesh is the layer's upper boundary.")
         .def(
             "profile", &StepObject::profile, py::arg("plane") = "y=0",
-            "Where the surface meets a plane such as \"y=0\": arrays (n, 3), one a line; a closed one repeats its first "
+            "Lines in which a plane such as \"y=0\" cuts the surface: a list of arrays (n, 3); a closed line repeats its first "
             "point.");
 
     py::class_<Simulation, std::shared_ptr<Simulation>>(module, "Run")

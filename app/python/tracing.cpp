@@ -148,53 +148,57 @@ auto numbers(Member member) {
 void add_tracing(py::module_& module) {
     using namespace py::literals;
     py::class_<Traced>(module, "Flux",
-                       R"(What arrives on a mesh, relative to an open flat plane, where it is 1.
+                       R"(The flux on a mesh, relative to an open flat plane, where it is 1.
 
-Its arrays are read-only views of it: nothing is copied, and they keep it alive.)")
+Its arrays are read-only views of its memory, not copies, and keep it alive.)")
         .def_property_readonly("flux", numbers([](const Traced& t) -> auto& { return t.triangle.flux; }),
-                               "arrivals per area of each triangle")
+                               "flux of each triangle")
         .def_property_readonly("flux_error",
                                numbers([](const Traced& t) -> auto& { return t.triangle.error; }),
                                "its standard error")
         .def_property_readonly("point_flux", numbers([](const Traced& t) -> auto& { return t.vertex.flux; }),
-                               "flux at each point, linear in between")
+                               "flux at each point; the flux is linear between points")
         .def_property_readonly("point_flux_error",
                                numbers([](const Traced& t) -> auto& { return t.vertex.error; }),
                                "its standard error")
-        .def_property_readonly("area", numbers(&Traced::area), "of each triangle")
+        .def_property_readonly("area", numbers(&Traced::area), "area of each triangle")
         .def_readonly("relative_error", &Traced::relative_error,
                       "sum(area * standard error) / sum(area * flux) over the points")
-        .def_readonly("rays", &Traced::emitted, "that left the source")
-        .def_readonly("absorbed", &Traced::absorbed, "of them")
-        .def_readonly("escaped", &Traced::escaped, "of them")
-        .def_readonly("leaked", &Traced::leaked, "of them, through the surface: none but for rounding")
-        .def_readonly("segments", &Traced::segments, "straight flights")
-        .def_readonly("seconds", &Traced::seconds, "of tracing");
+        .def_readonly("rays", &Traced::emitted, "number of particles that left the source")
+        .def_readonly("absorbed", &Traced::absorbed, "number of particles that stuck to the surface")
+        .def_readonly("escaped", &Traced::escaped, "number of particles that flew off")
+        .def_readonly(
+            "leaked", &Traced::leaked,
+            "number of particles that passed through the surface, by rounding errors; 0 in practice")
+        .def_readonly("segments", &Traced::segments, "number of straight paths between hits")
+        .def_readonly("seconds", &Traced::seconds, "time of tracing, in s");
 
     module.def("flux", &trace, "points"_a, "triangles"_a, py::kw_only(), "sticking"_a = 1.0,
                "material"_a = py::none(), "source_exponent"_a = 1.0, "rays"_a = py::none(),
                "relative_error"_a = py::none(), "boundary"_a = py::none(), "seed"_a = 1, "method"_a = "auto",
                R"(Traces particles from a plane above the mesh until each of them sticks or is gone.
 
-points and triangles have the shapes (n, 3) and (m, 3); the surface faces up, z is up. mend() turns and joins what
-other programs leave.
+points and triangles have the shapes (n, 3) and (m, 3). z is up, and triangles are counter-clockwise seen from the gas;
+mend() repairs meshes of other programs.
 
-sticking: probability in [0, 1], or {material: probability}; what does not stick is re-emitted diffusely.
-material: whole numbers, one a triangle. source_exponent: n of the source's cos^n; 1 is a thermal gas.
-rays: source rays (default: 1e6), or relative_error: as many as it takes, rays at most.
-boundary: "reflective", "periodic", "open" or a pair for x and y; by default reflective where the surface ends on a
-rectangle, else open with a warning.
+sticking: probability in [0, 1], or {material: probability}; particles that do not stick are re-emitted diffusely.
+material: integer ids, one a triangle. source_exponent: n of the source's cos^n; 1 is a thermal gas.
+rays: number of source rays (default: 1e6). relative_error: traces until it is reached, with rays as limit.
+boundary: "reflective", "periodic", "open" or a pair for x and y; by default reflective if the surface ends on a
+rectangle, else open, with a warning.
 method: "monte-carlo" follows particles from the source; "radiosity" traces rays between points of the surface (default: 64
-an unknown) and solves for their balance, which reaches deep places at low sticking in a fraction of the time; "auto"
-takes the one that costs less. Of radiosity rays, absorbed and escaped stand for the same shares of all particles.
+an unknown) and solves the balance of what they re-emit, which takes a fraction of the time in deep places at low
+sticking; "auto" takes the method that costs less. With radiosity,
+absorbed and escaped divide rays in the ratio of all particles.
 
 Returns a Flux, the same bits for the same seed on any number of threads.
 Raises GeometryError for a surface that cannot be traced, NumericsError if particles go through it.)");
     module.def("mend", &repaired, "points"_a, "triangles"_a,
-               R"(A mesh of another program made fit for flux(), where only one repair is right.
+               R"(Repairs a mesh of another program for flux(), where only one repair is possible.
 
-Points of the very same position become one, points without triangle go, a triangle that is listed again or has two corners
-in one point goes, and all triangles face the source or outwards. Triangles keep their order.
+Merges points of the same position, at open edges also within rounding errors; removes points without triangles,
+repeated triangles and triangles with two corners in one point; turns triangles to face the source or outwards.
+Triangles keep their order.
 
 Returns a Mesh. Raises GeometryError for a one-sided surface.)");
 }

@@ -83,7 +83,7 @@ void add_key_units(const fs::path& effective, const Json& plan, Json& units) {
 // Contours of figures over two keys, with the lines where targets of a fit are met, and its best values.
 Json contour_section(const TextTable& table, const Json& plan) {
     Json section{{"type", "contour"}, {"title", "Contours over both keys"}, {"targets", Json::array()}};
-    section["note"] = "Dots are runs, between which figures are taken to be linear.";
+    section["note"] = "Dots are runs; figures are interpolated linearly between them.";
     const Json residuals = plan.value("residuals", Json::object());
     for (const auto& [name, target] : residuals.items())
         if (const auto column = table.column(name))
@@ -232,10 +232,11 @@ Page sweep_page(const fs::path& folder, std::size_t bytes) {
     page.fact("Rows", fmt::format("{} of {}", table.rows.size(), rows));
     if (table.rows.size() < rows)
         page.notes.push_back(
-            fmt::format("The sweep has not ended: {} of {} rows are there; go on with --resume.",
+            fmt::format("The sweep has not ended: {} of {} rows are done; continue with --resume.",
                         table.rows.size(), rows));
     if (const std::size_t failed = failures(table); failed > 0)
-        page.notes.push_back(fmt::format("{} runs failed: the column status of the table says why.", failed));
+        page.notes.push_back(
+            fmt::format("{} runs failed: see the column status of the table for the reason.", failed));
     if (table.rows.empty()) return page;
     const fs::path first = folder / "runs" / table.rows[0][table.column("run").value_or(0)] / "recipe.toml";
     add_key_units(first, plan, units);
@@ -264,7 +265,7 @@ Page fit_page(const fs::path& folder, std::size_t bytes) {
         add_fit_result(folder, fit, page);
     else
         page.notes.emplace_back(
-            "The fit has not ended: the page shows what its runs gave so far; go on with --resume.");
+            "The fit has not ended: the page shows its runs so far; continue with --resume.");
     TextTable table;
     if (is_there(folder / "fit.csv")) table = read_text_table(folder / "fit.csv");
     const std::string best = text_at(fit, "best_run");

@@ -291,7 +291,7 @@ addEventListener("error", (event) => Sidewall.errors.push(String(event.message))
         el("div", { class: "interval-name" }, el("code", {}, row.name),
            el("b", {}, number(row.value, 5)), row.unit || "",
            el("span", {}, (known ? `95 %: ${number(from)} to ${number(to)}` : row.at_bound ? "95 %: none" : "95 %: unknown") +
-              (row.at_bound ? ", at its bound" : ""))),
+              (row.at_bound ? ", at the bound of its range" : ""))),
         el("div", { class: "interval-bar" },
            el("i", { class: known ? "range" : "range unknown", style: `left:${at[0]}%;width:${Math.max(at[1] - at[0], 0.4)}%` }),
            el("i", { class: "value", style: `left:${place(row.value)}%` })),

@@ -106,7 +106,7 @@
         const [bx, by] = [x.at(section.best[0]), y.at(section.best[1])];
         root.append(svg("path", { class: "best", d: `M${bx - 7} ${by}H${bx + 7}M${bx} ${by - 7}V${by + 7}` }, svg("title", {}, "best values")));
       }
-      plot.replaceChildren(over.length ? root : el("p", { class: "none" }, "Runs on one line have no contours."));
+      plot.replaceChildren(over.length ? root : el("p", { class: "none" }, "No contours: the values of all runs lie on one line."));
     };
     if (!measures.length) return el("p", { class: "none" }, "No measure varies.");
     Sidewall.fitted(plot, draw);

@@ -55,7 +55,7 @@ Json comparison_table(const Json& comparison, const Json& units) {
             comparison.at("noise_floor").at("hausdorff_" + name));
     for (const auto& [name, ignored] : comparison.at("variants").at(0).at("metrology").items())
         row(with_unit(name, text_at(units, name)), Json::json_pointer("/metrology") / name);
-    Json section = plain_table("Methods against each other", columns, std::move(rows));
+    Json section = plain_table("Comparison of methods", columns, std::move(rows));
     section["note"] = compare_verdict(comparison);
     return section;
 }

@@ -199,7 +199,7 @@
       if (begun) return;
       begun = true;
       if (!viewer.start(holder)) {
-        root.replaceChildren(el("p", { class: "none" }, "This browser draws no 3-D pictures (WebGL is missing or switched " +
+        root.replaceChildren(el("p", { class: "none" }, "This browser cannot draw 3-D pictures (WebGL is missing or switched " +
           "off). The sections and charts below show the same run."));
         Sidewall.viewer = null;
         return;

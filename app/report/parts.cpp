@@ -23,7 +23,7 @@ constexpr std::size_t kMostShownBytes = 200'000, kMostRows = 2000;
 std::string page_text(std::string text) {
     if (text.size() <= kMostShownBytes) return text;
     text.resize(text.rfind('\n', kMostShownBytes) + 1);
-    return text + "# ... the rest is left out of this page\n";
+    return text + "# ... the rest is not shown on this page\n";
 }
 
 // Lines of \p text that \p other lacks or has fewer times.
@@ -76,7 +76,7 @@ Json recipe_section(const std::string& title, const fs::path& effective, const s
     if (source.empty()) return section;
     section["source_name"] = source;
     if (!fs::is_regular_file(source, failure)) {
-        section["note"] = "The recipe's own file is not there any more: its comments are missing.";
+        section["note"] = "The recipe file no longer exists, so that its comments are not shown.";
         return section;
     }
     const std::string written = surface::read_whole_file(source);
@@ -85,7 +85,8 @@ Json recipe_section(const std::string& title, const fs::path& effective, const s
         section["source"] = page_text(written);
         if (!text.empty() && now != text) section["changed"] = page_text(differing_lines(text, now));
     } catch (const Error&) {
-        section["note"] = "The file that the recipe was read from is none now: its comments are missing.";
+        section["note"] =
+            "The recipe file is no valid recipe at present, so that its comments are not shown.";
     }
     return section;
 }

@@ -146,14 +146,14 @@ Page recipe_page(const Recipe& recipe, std::size_t bytes) {
     page.fact("Grid",
               fmt::format("{} × {} cells of {:.6g} {}", own.cells[0], own.cells[1], own.spacing, unit));
     std::string note = shown.spacing > own.spacing
-                           ? fmt::format("Shown on a grid of {:.3g} {}; the recipe's is of {:.3g} {}.",
+                           ? fmt::format("Shown with a grid spacing of {:.3g} {}; the recipe's is {:.3g} {}.",
                                          shown.spacing, unit, own.spacing, unit)
-                           : "Shown on the recipe's own grid.";
+                           : "Shown on the recipe's grid.";
     if (layer_count(preview) < layer_count(recipe))
         note += fmt::format(" Stacks are drawn with fewer, thicker layers: {} in all, of {}.",
                             layer_count(preview), layer_count(recipe));
     view.section["outlines"] = mask_outlines(recipe);
-    if (!view.section["outlines"].empty()) note += " Lines over the wafer: masks.";
+    if (!view.section["outlines"].empty()) note += " The lines above the wafer are masks.";
     view.section["note"] = note;
     view.section["title"] = "The wafer at the start";
     page.sections.push_back(std::move(view.section));
@@ -212,9 +212,9 @@ Json runs_table(const std::vector<RunRow>& rows) {
     Json table{{"type", "table"}, {"title", "Runs"}, {"columns", Json::array({Json{{"name", "run"}}})}};
     std::erase_if(values, [](const auto& key) { return key.second.size() < 2; });
     if (values.size() > kMostKeys || measures.size() > kMostFigures)
-        table["note"] =
-            fmt::format("Of the keys that differ and of the figures, the first {} and {} by name.", kMostKeys,
-                        kMostFigures);
+        table["note"] = fmt::format(
+            "Only the first {} of the keys that differ and the first {} figures are shown, by name.",
+            kMostKeys, kMostFigures);
     keep_first(values, kMostKeys);
     keep_first(measures, kMostFigures);
     for (const auto& [key, unused] : values) table["columns"].push_back(Json{{"name", key}});

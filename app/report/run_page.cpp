@@ -239,9 +239,9 @@ Page run_page(const fs::path& folder, std::size_t bytes, const std::optional<Sav
     } else {
         const auto holder = lock_holder(folder);
         page.notes.push_back(
-            holder ? fmt::format("This run is still under way ({}): the page shows how far it had come.",
-                                 *holder)
-                   : "This run has not ended: the page shows how far it came.");
+            holder
+                ? fmt::format("This run is still under way ({}): the page shows its results so far.", *holder)
+                : "This run has not ended: the page shows its results so far.");
     }
     if (is_there(folder / "surface.pvd")) {
         std::vector<ViewFrame> frames;

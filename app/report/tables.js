@@ -126,7 +126,7 @@
       holder.replaceChildren(root);
     };
     Sidewall.fitted(holder, draw);
-    tip.textContent = "Point at a run to see it in all fields.";
+    tip.textContent = "Point at a run to mark it in all plots.";
     const boxes = all.map((d) => {
       const box = el("input", { type: "checkbox", onchange: () => {
         chosen[box.checked ? "add" : "delete"](d);
@@ -177,14 +177,14 @@
     if (section.source) {
       parts.push(el("h3", {}, `As written: ${section.source_name}`), Sidewall.toml(section.source));
       if (section.changed)
-        parts.push(el("h3", {}, "What was run differs from that file in"), Sidewall.toml(section.changed));
+        parts.push(el("h3", {}, "Differences between this file and what was run"), Sidewall.toml(section.changed));
     }
     if (section.effective)
       parts.push(el("details", section.source ? {} : { open: "" },
                     el("summary", {}, "Effective recipe: every key with the value that was used"),
                     Sidewall.toml(section.effective)));
     if (section.by_material)
-      parts.push(el("details", {}, el("summary", {}, "Values in force by material"), Sidewall.toml(section.by_material)));
+      parts.push(el("details", {}, el("summary", {}, "Values used, by material"), Sidewall.toml(section.by_material)));
     return el("div", {}, ...parts);
   };
 

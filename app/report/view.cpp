@@ -307,7 +307,7 @@ View make_view(std::vector<ViewFrame> frames, const std::vector<surface::Plane>&
     view.profiles = profile_charts(frames, planes, scene);
     if (scene.size() > most) {
         view.section["note"] =
-            "The surfaces have too many triangles for one page: see them with `sidewall render`.";
+            "The surfaces have too many triangles for this page: draw them with `sidewall render`.";
         return view;
     }
     view.section = scene_json(frames, scene);
@@ -321,8 +321,8 @@ View make_view(std::vector<ViewFrame> frames, const std::vector<surface::Plane>&
     if (frames.size() < saved) note = fmt::format("{} of {} surfaces are shown. ", frames.size(), saved);
     if (kDetails[d].max_error > 0.0)
         note += fmt::format(
-            "Surfaces are coarsened for this page by region-bounded simplification: none lies farther than {:.2g} "
-            "{} ({:.3g} grid spacings) from the saved one at a vertex.",
+            "Surfaces are coarsened for this page by region-bounded simplification: their vertices are at most {:.2g} "
+            "{} ({:.3g} grid spacings) away from the saved surface.",
             kDetails[d].max_error * scene.cell, shown_unit(metadata_text(scene.metadata, "length_unit", "")),
             kDetails[d].max_error);
     else

@@ -11,7 +11,7 @@
       const factor = kMicrons[c.unit] && kMicrons[unit] ? kMicrons[c.unit] / kMicrons[unit] : 1;
       return c.values.map((v) => v * factor);
     };
-    if (columns.length < 2) throw new Error("a profile has two columns, x and z");
+    if (columns.length < 2) throw new Error("a profile needs two columns, x and z");
     const x = scaled(column("x", 0)), z = scaled(column("z", 1));
     return x.map((v, k) => [v, z[k]]);
   };
@@ -52,9 +52,9 @@
     const go = (command) => {
       const aims = command === "fit" ? target.input.value.split(/[,;\s]+/).filter(Boolean) : [];
       const profiles = command === "fit" && profile.value ? [profile.value] : [];
-      if (!key.input.value && !take()) { note.textContent = "Put the cursor on a number of the recipe first."; return; }
+      if (!key.input.value && !take()) { note.textContent = "First put the cursor on a number in the recipe."; return; }
       if (command === "fit" && !aims.length && !profiles.length) {
-        note.textContent = "A fit needs a target, such as depth=2.0, or a profile: a CSV file of the folder.";
+        note.textContent = "A fit needs a target, such as depth=2.0, or a measured profile, which is a CSV file in the folder.";
         return;
       }
       note.textContent = "";

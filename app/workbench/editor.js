@@ -41,7 +41,7 @@
     // The line ending of a text. The editor keeps only one, so mixed endings are refused.
     static lineEnd(text) {
       const ends = new Set(text.match(/\r\n?|\n/g));
-      if (ends.size > 1) throw new Error("its lines end in different ways (LF, CRLF): convert it, as by dos2unix");
+      if (ends.size > 1) throw new Error("its lines end in different ways (LF and CRLF): convert it, for example with dos2unix");
       return [...ends][0] || "\n";
     }
 
@@ -139,7 +139,7 @@
     showHelp() {
       const { path, known, doc } = this.keyAt(this.mirror.getCursor().line);
       this.help.replaceChildren(...(known ? [el("code", {}, path), ` ${known.type}`, known.doc ? `: ${known.doc}` : ""]
-        : [doc ? `${doc.header}: ${doc.doc}. ` : "", "Ctrl-Space lists what may stand here."]));
+        : [doc ? `${doc.header}: ${doc.doc}. ` : "", "Ctrl-Space lists the keys and values allowed here."]));
     }
 
     hint(cm) {

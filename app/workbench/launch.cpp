@@ -72,8 +72,8 @@ std::string text_in(const Descriptor& file, const std::string& command) {
     constexpr std::size_t kMost = 16'000'000;
     const off_t size = ::lseek(file.number(), 0, SEEK_END);
     if (size > static_cast<off_t>(kMost))
-        throw IoError("sidewall {}: answers with {} bytes, over {}: ask it on the command line", command,
-                      size, kMost);
+        throw IoError("sidewall {}: its output has {} bytes, over {}: use the command line", command, size,
+                      kMost);
     return text_of(file, kMost);
 }
 

@@ -41,7 +41,7 @@
   Sidewall.maskForm = ({ pane, editor }) => {
     const { field } = Sidewall, x = [field("x from", 6), field("x to", 6)], y = [field("y from", 6), field("y to", 6)];
     const thickness = field("thickness", 5), material = field("material", 9, "Resist");
-    const kind = el("select", { "aria-label": "polygons" }, el("option", {}, "open there"), el("option", {}, "there alone"));
+    const kind = el("select", { "aria-label": "polygons" }, el("option", {}, "opening here"), el("option", {}, "mask only here"));
     const note = el("output", {}), line = new THREE.LineLoop(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: 0xd0342c, depthTest: false }));
     const flat = () => /^\s*extent\s*=\s*\[[^,\]]*,?\s*\]|^\s*\[cut\]/m.test(editor().text);
     const viewer = () => pane.viewer && pane.viewer.controls ? pane.viewer : null;
@@ -51,7 +51,7 @@
     const insert = () => {
       const at = [values(x), ...(flat() ? [] : [values(y)])];
       if (!(at.every(([low, high]) => high > low) && Number(thickness.input.value) > 0)) {
-        note.textContent = "A mask needs two places in each direction, and a thickness.";
+        note.textContent = "A mask needs both ends in each direction, and a thickness.";
         return;
       }
       note.textContent = "";

@@ -128,7 +128,7 @@ Json table_json(const OpenedFolder& folder) {
 std::vector<std::string> command_words(const OpenedFolder& folder, const Json& asked) {
     const std::string command = text_at(asked, "command"), recipe = text_at(asked, "recipe");
     if (command != "run" && command != "sweep" && command != "fit")
-        throw RecipeError("{}: the page starts run, sweep and fit", command);
+        throw RecipeError("{}: the page can start only run, sweep and fit", command);
     // Checks that the recipe exists; the plan of a resumed sweep names it with "./".
     folder.read(recipe.substr(recipe.starts_with("./") ? 2 : 0));
     std::vector<std::string> words{"sidewall", command, plain_path(recipe), "-o",

@@ -156,7 +156,7 @@ Asked asked_by(const Request& header, const Shared& shared) {
     if (!from_here(header, shared.options.port, asked.first))
         asked.refused = plain(403, "refused: another host or origin\n");
     else if (!asked.first && !has_cookie(header, shared))
-        asked.refused = plain(403, "refused: open the address that sidewall open has printed\n");
+        asked.refused = plain(403, "refused: open the address that `sidewall open` printed\n");
     else if (asked.wanted.method != "GET" && asked.wanted.method != "POST")
         asked.refused = plain(405, "GET or POST\n");
     return asked;
@@ -225,7 +225,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     }
 
     static http::response<http::string_body> busy() {
-        return response_of(plain(503, "busy: other answers are still being taken; ask again\n"), kVersion);
+        return response_of(plain(503, "busy with other requests: try again\n"), kVersion);
     }
 
     // Whether reading failed; answers malformed and oversized requests.
@@ -282,8 +282,8 @@ class Listener {
         if (!error) acceptor_.bind(here, error);
         if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
         if (error)
-            throw IoError("127.0.0.1:{}: cannot listen: {}; choose another --port", shared.options.port,
-                          error.message());
+            throw IoError("127.0.0.1:{}: cannot use this port: {}; choose another --port",
+                          shared.options.port, error.message());
         shared.options.port = acceptor_.local_endpoint().port();
     }
 

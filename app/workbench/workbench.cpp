@@ -123,7 +123,7 @@ WebReply text_reply(const OpenedFolder& folder, const WebRequest& request) {
         return reply_of(
             {{"problem",
               path->second +
-                  ": is not in UTF-8, and would be damaged here: convert it, as by iconv -f latin1 -t utf8"}});
+                  ": is not in UTF-8 and would be damaged here: convert it, for example with iconv -f latin1 -t utf8"}});
     }
 }
 
@@ -232,7 +232,7 @@ Json log_json(const OpenedFolder& folder, const WebRequest& request) {
         const auto asked = request.query.find("run");
         text = folder.read_end(asked == request.query.end() ? "" : asked->second + ".log", kMost);
     } catch (const NotInside&) {
-        text = "The page did not start this run: it has no log here.\n";
+        text = "This run was not started from this page: there is no log of it.\n";
     }
     return {{"text", text}};
 }
@@ -242,7 +242,7 @@ Json profile_json(const Json& asked) {
     constexpr std::size_t kMost = 200'000;
     const CsvTable table = parse_csv(text_at_key(asked, "text"), "the file", kMost / 2);
     if (table.columns.size() * table.columns.front().values.size() > kMost)
-        throw FileError("the file: holds over {} numbers: keep two columns, x and z", kMost);
+        throw FileError("the file: has over {} numbers: keep only two columns, x and z", kMost);
     Json columns = Json::array();
     for (const CsvColumn& column : table.columns)
         columns.push_back(Json{{"name", column.name}, {"unit", column.unit}, {"values", numbers_of(column)}});

@@ -2,7 +2,7 @@
 // The workbench: a recipe and its initial wafer, the runs of the folder, and their results.
 (() => {
   const { el, number, latest } = Sidewall, kTyping = 250, kResting = 700, kPoll = 1000, kLongestPoll = 5000;
-  const kSilent = "The workbench does not answer: it has ended, or the connection is lost.";
+  const kSilent = "The workbench does not answer: it has been closed, or the connection is lost.";
   history.replaceState(null, "", "/");  // the token is in a cookie from now on
 
   const ask = async (path, options) => answered(await fetch(path, options).catch(() => { throw new Error(kSilent); }));
@@ -26,8 +26,8 @@
     save: button("Save", "Ctrl-S", () => tried(save())),
     run: button("Run", "Ctrl-Enter", () => tried(run())),
     stop: button("Stop", "stop the run that is shown; it can be resumed", () => tried(stop(state.shown[0]))),
-    resume: button("Resume", "go on with the run that is shown", () => tried(resume(state.shown[0]))),
-    compare: button("Compare", "the marked runs, beside each other", () => show([...state.chosen], true)),
+    resume: button("Resume", "continue the run that is shown", () => tried(resume(state.shown[0]))),
+    compare: button("Compare", "show the marked runs side by side", () => show([...state.chosen], true)),
   };
   const view = el("div", { class: "pane" }), findings = el("pre", { class: "findings", tabindex: "0" });
   const runs = el("div", { class: "runs" }), results = el("div", { class: "results" }), left = el("div", { class: "left" });
@@ -120,7 +120,7 @@
     setTimeout(() => round === state.round && tried(estimate()), kResting);
   }, failed);
   const estimate = latest(async () => {
-    findings.textContent = "Estimating what a run takes ...";
+    findings.textContent = "Estimating time and memory of a run ...";
     const { round } = state, found = await post("/api/check", { path: state.path, text: editor.text });
     if (round === state.round) findings.textContent = found.problem || found.text;
   }, failed);
@@ -184,9 +184,9 @@
     const what = !digest ? "was removed from the disk." : !known ? "has changed on the disk, and is no longer in UTF-8."
       : `has changed on the disk since it was opened. From line ${low + 1} they differ, - there, + here:`;
     choice.append(el("p", {}, `${path} ${what}`), digest && known ? el("pre", {}, lines(a, "-") + lines(b, "+")) : "",
-      button("Keep mine", "write the file", ends(() => { state.digest = digest; return save(); })),
-      digest && known ? button("Take theirs", "load the file", ends(() => open(path))) : "",
-      button("Later", "keep editing", ends(async () => {})));
+      button("Keep mine", "write my text to the file", ends(() => { state.digest = digest; return save(); })),
+      digest && known ? button("Take theirs", "load the file and drop my text", ends(() => open(path))) : "",
+      button("Later", "decide later and keep editing", ends(async () => {})));
     for (const old of left.querySelectorAll(".choice")) old.remove();
     left.prepend(choice);
     choice.focus();
@@ -282,17 +282,17 @@
       } });
       box.checked = state.chosen.has(one.path);
       return el("tr", { class: state.shown.includes(one.path) ? "shown" : "" }, el("td", {}, box),
-        el("td", {}, button(one.path, "show it", () => tried(show([one.path], true)))), el("td", {}, one.kind), el("td", {}, progress(one)),
-        el("td", {}, one.state === "running" ? button("Stop", "stop it", () => tried(stop(one.path)))
-          : resumable(one) ? button("Resume", "go on", () => tried(resume(one.path))) : "",
-          button("Log", "what it said", () => tried(showLog(one.path)))),
+        el("td", {}, button(one.path, "show this run", () => tried(show([one.path], true)))), el("td", {}, one.kind), el("td", {}, progress(one)),
+        el("td", {}, one.state === "running" ? button("Stop", "stop this run", () => tried(stop(one.path)))
+          : resumable(one) ? button("Resume", "continue this run", () => tried(resume(one.path))) : "",
+          button("Log", "messages of this run", () => tried(showLog(one.path)))),
         ...columns.map((_, k) => cell((rows.get(one.path) || [])[k])));
     });
     const heads = ["", "run", "kind", "state", "", ...columns.map((c) => c.name + (c.unit ? ` [${c.unit}]` : ""))];
     kept(runs, el("section", {}, el("h2", {}, "Runs"), state.runs.length
       ? el("div", { class: "scroll", tabindex: "0" }, el("table", { class: "plain" },
            el("thead", {}, el("tr", {}, ...heads.map((name) => el("th", { scope: "col" }, name)))), el("tbody", {}, ...body)))
-      : el("p", { class: "none" }, "None yet: Run starts one in the folder results.")));
+      : el("p", { class: "none" }, "No runs yet: the button Run starts one in the folder results.")));
   }
 
   function refreshBar() {
@@ -308,8 +308,8 @@
     choose.replaceChildren(
       el("optgroup", { label: "Recipes of the folder" },
          ...here.map((name) => option("f:", name, name + (name === state.path && state.dirty ? " *" : "")))),
-      el("optgroup", { label: "New, from one that came with the program" }, ...(keys ? keys.shipped : []).map((name) => option("s:", name))),
-      el("optgroup", { label: "A step more, of a chemistry with sources" },
+      el("optgroup", { label: "New, from a recipe that comes with the program" }, ...(keys ? keys.shipped : []).map((name) => option("s:", name))),
+      el("optgroup", { label: "Append a step with a chemistry" },
          ...Object.keys(keys ? keys.decks : {}).map((name) => option("c:", name, `${name} (${keys.decks[name]})`))));
     choose.value = `f:${state.path}`;
     measured.hidden = !state.tables.length;
@@ -377,7 +377,7 @@
     await tried(poll());
     const first = state.first || state.recipes[0];
     if (first) await tried(open(first));
-    else say("This folder has no recipe yet: choose one that came with the program.");
+    else say("This folder has no recipe yet: choose one that comes with the program.");
     refreshBar();
     for (let wrong = "";;) {  // polls; less often where the folder takes long to list
       await new Promise((done) => setTimeout(done, Math.min(kLongestPoll, Math.max(kPoll, 10 * state.took))));

@@ -1,8 +1,8 @@
-// Whether the bars of `sidewall run --accuracy` hold: twelve recipes with two figures each are run to an
-// accuracy, and once more on half the spacing they settle on, with four times the rays, without
+// Checks whether the error bars of `sidewall run --accuracy` hold. Twelve recipes with two figures each are
+// run to an accuracy, and again on half the spacing that this settles on, with four times the rays, without
 // simplification and with another seed.
 //   accuracy_bench [FOLDER, /tmp/sidewall_accuracy] [RECIPE]...
-// A figure said to be unknown claims no bar and does not count as one that holds.
+// A figure that is reported as unknown has no bar and does not count as one that holds.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -22,11 +22,11 @@ using namespace sidewall::app;
 namespace {
 
 struct Case {
-    const char* recipe;  // of configs/quick
+    const char* recipe;  // name in configs/quick
     std::vector<std::string> accuracy, overrides;
 };
 
-// Noise of quick recipes' few rays and errors of their coarse grids decide what can be asked in seconds.
+// Noise of few rays and errors of coarse grids limit the accuracy that quick recipes reach in seconds.
 const std::vector<Case> kCases = {
     {"trench_profile", {"film_bottom=6%", "mean_rate=2%"}, {}},
     {"teos_trench", {"depth=2%", "step_coverage_side=10%"}, {}},

@@ -14,7 +14,7 @@ from pathlib import Path
 from used import cpu_seconds_of
 
 METHODS = ("monte-carlo", "radiosity", "auto")
-TURNS = 3  # of the same work: what else the machine does makes some slower
+TURNS = 3  # repeats of the same work, as other load on the machine slows some
 ERRORS = ("0.1", "0.07", "0.05", "0.03", "0.02", "0.01", "0.005")
 TRENCH = """
 [domain]

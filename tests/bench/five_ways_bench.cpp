@@ -1,6 +1,6 @@
-// CPU seconds end to end, from the mesh as extracted on, to 2 % relative L2 error of the flux at its vertices
-// in every tenth of the depth and on the floor, of five ways to the flux: top-down raw, smoothed and
-// simplified, radiosity raw and simplified.
+// CPU seconds, from the extracted mesh on, to a relative L2 error of 2 % of the flux at its vertices, in
+// every tenth of the depth and on the floor. Five methods: top-down raw, smoothed and simplified, radiosity
+// raw and simplified.
 //
 //     five_ways_bench [MESH=GRID_SPACING ...]
 //

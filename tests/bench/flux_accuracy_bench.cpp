@@ -3,9 +3,8 @@
 //
 //     flux_accuracy_bench [MESH=GRID_SPACING ...]
 //
-// Without meshes: the study's surfaces. Two errors: `relative_error`, the noise of the mesh that is traced;
-// and relative L2 at the vertices of the extracted surface, where what the simplified mesh does
-// to the flux counts, too.
+// Without meshes: the study's surfaces. Two errors: `relative_error`, the noise on the traced mesh; and
+// relative L2 at the vertices of the extracted surface, which includes the effect of simplification.
 #include <tbb/global_control.h>
 
 #include <cmath>
@@ -71,7 +70,7 @@ TriangleMesh simplified(const Scene& raw, const simplify::Options& options) {
     return simplify::simplify(raw.mesh, features, options).mesh;
 }
 
-// The edges that a time step before leaves to this one: its flux, traced on the default mesh, bounds them.
+// Edge lengths that the previous time step's flux, traced on the default mesh, allows in this time step.
 std::vector<double> lengths_by_flux(const Scene& raw, const simplify::Options& options, double sticking) {
     const Scene before("", simplified(raw, options), raw.spacing);
     const flux::FluxResult result = before.trace(sticking, kRays / 4, 30);

@@ -2,8 +2,8 @@
 //
 //     flux_bench [--table embree|threads|long] [MESH=GRID_SPACING ...]
 //
-// Without meshes: the study's surfaces. All tables but the long one, 1e8 rays on each surface, unless one is
-// named. Rates are per CPU second of one thread: the best of several runs taken in turns.
+// Without meshes: the study's surfaces. Without --table: all but the long one, 1e8 rays on each surface.
+// Rates are per CPU second of one thread, the best of several runs taken in turns.
 #include <dlfcn.h>
 #include <sys/resource.h>
 #include <tbb/global_control.h>
@@ -30,7 +30,7 @@ struct Segment {
     float origin[3], direction[3], reach;
 };
 
-// Every packet the engine asks Embree for, while recording.
+// Records every ray packet that the engine passes to Embree.
 struct Recorder {
     bool on = false;
     std::vector<Segment> segments;
@@ -59,7 +59,7 @@ double wall_seconds() {
 
 }  // namespace
 
-// Stands before Embree's own, which it calls: so the engine is measured and recorded as it is built.
+// Interposes Embree's function, which it calls: the engine is measured and recorded as it is built.
 #if RTC_VERSION_MAJOR >= 4
 extern "C" void rtcIntersect8(const int* valid, RTCScene scene, RTCRayHit8* packet,
                               RTCIntersectArguments* arguments) {
@@ -78,13 +78,12 @@ extern "C" void rtcIntersect8(const int* valid, RTCScene scene, RTCIntersectCont
 
 namespace {
 
-// CPU seconds of Embree alone on the recorded segments, in packets as the engine formed them (16: two of
-// them).
+// CPU seconds of Embree alone on the recorded segments, in the engine's packets (width 16: two at a time).
 template <std::size_t Width, class Packet, class Intersect>
 double replay(RTCScene scene, const Intersect& intersect) {
     alignas(64) std::array<int, Width> valid;
     alignas(64) Packet packet;
-    const auto lane = [](auto& values) {  // rtcIntersect1 has plain numbers
+    const auto lane = [](auto& values) {  // rtcIntersect1 takes scalars
         if constexpr (Width == 1)
             return &values;
         else
@@ -149,7 +148,7 @@ void against_embree(const Scene& s) {
     recorder.segments.shrink_to_fit();
 }
 
-// Best wall seconds of several runs on 1 and 2 threads, taken in turns: others may be busy on this machine.
+// Best wall seconds of several runs on 1 and 2 threads, in turns, as other programs may load the machine.
 std::array<double, 2> best_by_threads(int runs, const std::function<void()>& trace) {
     std::array<double, 2> seconds{1e9, 1e9};
     for (int k = 0; k < runs; ++k)
@@ -168,7 +167,7 @@ std::array<double, 2> best_by_threads(int runs, const std::function<void()>& tra
 void by_threads(const Scene& s) {
     for (const double sticking : {1.0, 0.1}) {
         const auto seconds = best_by_threads(8, [&] { s.trace(sticking, kRays); });
-        // Hardly any ray: what is left is setting up, closing batches and summing up.
+        // With hardly any rays the time is that of setting up, closing batches and summing up.
         const auto frame = best_by_threads(8, [&] { s.trace(sticking, 32); });
         fmt::print("{:<10}{:>9}{:>12.3f}{:>12.3f}{:>12.2f}{:>14.4f}{:>12.4f}{:>10.1f} %\n", s.name, sticking,
                    seconds[0], seconds[1], seconds[0] / seconds[1], frame[0], frame[1],

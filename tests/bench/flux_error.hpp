@@ -14,7 +14,7 @@ namespace sidewall::bench {
 struct FluxPair {
     std::vector<double> first, second;
     double seconds = 0.0;  ///< CPU seconds of both
-    double rays = 0.0;     ///< of both
+    double rays = 0.0;     ///< source rays of both
 };
 
 /// The surface that fluxes are compared on, and the flux that counts as true there.
@@ -36,7 +36,7 @@ inline FluxPair trace_pair(const TriangleMesh& mesh, const TriangleMesh& surface
 /// Traces \p surface itself.
 inline FluxTruth make_truth(const TriangleMesh& surface, const flux::LateralBox& box, double rays,
                             double sticking) {
-    constexpr std::uint64_t kSeed = 1'000'003;  // away from the seeds of what is compared with it
+    constexpr std::uint64_t kSeed = 1'000'003;  // unlike the seeds of the compared runs
     FluxTruth truth{std::vector<double>(surface.vertices.size(), 0.0),
                     trace_pair(surface, surface, box, rays, sticking, kSeed)};
     for (std::size_t t = 0; t < surface.triangles.size(); ++t)
@@ -51,8 +51,8 @@ struct FluxError {
     std::optional<double> rays_to_error, seconds_to_error;  ///< none if the bias alone exceeds the target
 };
 
-/// The error of \p pair, split without bias: the mean of the product of two independent errors is the squared bias, half the
-/// mean squared difference of two runs the variance.
+/// The error of \p pair, split into bias and noise. Both estimators are unbiased: the mean product of two
+/// independent errors is the squared bias, half the mean squared difference of two runs the variance.
 inline FluxError flux_error(const FluxPair& pair, const FluxTruth& truth, double target) {
     double square = 0.0, bias = 0.0, spread = 0.0;
     for (std::size_t v = 0; v < truth.vertex_area.size(); ++v) {

@@ -7,7 +7,7 @@
 #include "tests/bench/measure.hpp"
 #include "tests/bench/study_surfaces.hpp"
 
-// What the flux benchmarks share.
+// Scenes for the flux benchmarks.
 namespace sidewall::bench {
 
 /// A surface between mirrors, ready to be traced.
@@ -31,7 +31,7 @@ struct Scene {
     }
 };
 
-/// Those of MESH=GRID_SPACING, or the study's.
+/// Scenes of the meshes named MESH=GRID_SPACING, or of the study's surfaces.
 inline std::vector<Scene> make_scenes(const std::vector<std::string>& words) {
     std::vector<Scene> scenes;
     const auto add = [&](StudySurface surface) {

@@ -1,9 +1,8 @@
-// What a process takes put in another form, in CPU time of the same program, runs in turn:
+// CPU time of a process in another form over that of its first form, by the same program in turns:
 //   forms_bench [RUNS, 5]
-// - a built-in model restated as a formula: the ratio should be at most 1.3
-// - a profile in x and z against a strip ten cells wide, with as many rays a cell and with as many rays: the
-// first should
-//   be at most a fifth
+// - a built-in model restated as a formula: should be at most 1.3
+// - a profile in x and z against a strip ten cells wide, with as many rays a cell (should be at most a fifth)
+//   and with as many rays in all
 // Ratios are medians over the runs.
 #include <fmt/format.h>
 #include <unistd.h>

@@ -1,5 +1,5 @@
 // CPU microseconds a surface point (voxel with |phi| <= dx/2) of one time step on a sphere, by phase and
-// scheme, the extraction rate, and the time with sharp edges in that of plain marching cubes. Usage:
+// scheme; the extraction rate; and the time of sharp edges over that of plain marching cubes. Usage:
 // levelset_bench [RADIUS in dx, 282 = 1 M points] [TIME_STEPS]
 #include <fmt/format.h>
 #include <tbb/tick_count.h>
@@ -50,7 +50,7 @@ int main(int argc, char** argv) {
             extract_surface(stack.top(), domain, surface::SharpEdges::all);
             sharp.push_back((tbb::tick_count::now() - sharp_start).seconds() /
                             (sharp_start - extract_start).seconds());
-            const surface::RayScene scene(mesh);  // the flux calculation's own, not counted here
+            const surface::RayScene scene(mesh);  // counted with the flux calculation, not here
             const double t0 = cpu_seconds();
             Extension extension = extend(stack.top(), domain, scene);
             const double t1 = cpu_seconds();

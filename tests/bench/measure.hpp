@@ -3,7 +3,7 @@
 #include <ctime>
 #include <vector>
 
-// How the benchmarks measure.
+// Timing for the benchmarks.
 namespace sidewall::bench {
 
 /// CPU seconds of this process so far.
@@ -21,13 +21,13 @@ double cpu_seconds_of(Run&& run) {
     return cpu_seconds() - start;
 }
 
-/// Keeps the least CPU seconds that \p run took.
+/// Lowers \p seconds to the CPU seconds of \p run if these are fewer.
 template <class Run>
 void keep_best(double& seconds, Run&& run) {
     seconds = std::min(seconds, cpu_seconds_of(run));
 }
 
-/// \pre not empty.
+/// The upper median. \pre \p values is not empty.
 inline double median(std::vector<double> values) {
     std::sort(values.begin(), values.end());
     return values[values.size() / 2];

@@ -27,7 +27,7 @@ import numpy as np
 from used import cpu_seconds_of
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
-# The relative error that the recipe's own rays leave, and what makes runs of it short enough.
+# The relative error that the recipe's own rays leave, and overrides that make its runs short enough.
 RECIPES = {
     "sf6o2_hole": (0.04, []),
     "fluorocarbon_contact": (0.03, []),

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# What ranks cost against threads, in pairs of runs one after the other:
+# Cost of MPI ranks against threads, in pairs of runs: 1 rank of 2 threads, then 2 ranks of 1 thread:
 #   tests/bench/mpi_bench.sh BUILD RECIPE [PAIRS [SETTING...]]
-# 1 rank of 2 threads, then 2 ranks of 1 thread; a setting is KEY=VALUE. Prints, for each pair, wall seconds of both (the
-# summary's timing.total), the efficiency (the first over the second), CPU seconds, and the share of the second in sums over the
-# ranks, waiting included; and the medians.
+# A setting is KEY=VALUE. Prints for each pair the wall seconds of both runs (the summary's timing.total), the
+# efficiency (first over second), CPU seconds, and the share of the second run in sums over the ranks, waiting
+# included; and the medians.
 set -euo pipefail
 [ $# -ge 2 ] || { sed -n '2,6s/^# \?//p' "$0" >&2; exit 2; }
 program=$1/sidewall recipe=$2 pairs=${3:-3}

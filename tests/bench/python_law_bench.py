@@ -17,9 +17,9 @@ import sidewall
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 MOST = 1.05
-SAME = 1e-3  # of a cell
+SAME = 1e-3  # largest distance of the surfaces, in cells
 
-# Ions and neutrals that need each other: the law of docs/examples/custom_model.py, as a formula.
+# Ion-assisted etching: the law of docs/examples/custom_model.py, as a formula.
 ION_ASSISTED = {
     "domain": {"extent": [2.0, 0.8], "grid_spacing": 0.05, "boundary": ["reflective", "periodic"]},
     "layer": [{"material": "Si"}, {"material": "Mask", "shape": "trench", "thickness": 0.3, "width": 1.0}],
@@ -73,7 +73,7 @@ def ratio_text(ratios):
 
 
 def compare(name, recipe, law, pairs):
-    require_same(name, recipe, law)  # which warms both up
+    require_same(name, recipe, law)  # also warms both up
     seconds = {None: [], law: []}
     for pair in range(pairs):
         for which in (None, law) if pair % 2 == 0 else (law, None):

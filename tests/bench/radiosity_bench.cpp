@@ -1,13 +1,12 @@
-// CPU seconds of one thread to 3 % rms in every tenth of the depth and on the floor of a round hole:
-// radiosity, gathered and solved with its errors, against the tracer on the same mesh. And how far radiosity
-// is off the exact flux.
+// CPU seconds of one thread to an rms error of 3 % in every tenth of the depth and on the floor of a round
+// hole: radiosity, gathered and solved with its errors, against the tracer on the same mesh.
 //
 //     radiosity_bench [--exact] [ASPECT:STICKING ...]
 //
 // Meshes: a quarter of the hole between mirrors, extracted at 10 cells a radius and simplified by
-// region-bounded. The tracer's time is scaled by 1 / rms^2 from a run of up to 2e7 rays; where that leaves
-// more than 10 % the figure is a guess at an order of magnitude. Errors are against radiosity of 2000 rays an
-// unknown on the same mesh. --exact compares with the exact flux instead.
+// region-bounded. The tracer's time is scaled by 1 / rms^2 from a run of up to 2e7 rays; where that run's
+// error exceeds 10 % the figure is a guess at an order of magnitude. Errors are against radiosity of 2000
+// rays an unknown on the same mesh. --exact prints the error of radiosity against the exact flux instead.
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
@@ -51,7 +50,7 @@ struct Hole {
         flux::gather_for({&species, 1}, exchange, rays * wedges.count());
         return flux::solve_flux(exchange, species, {.errors = errors});
     }
-    // The worst of the tenths and the floor.
+    // The largest rms error of the tenths and the floor, and where it is.
     std::pair<double, int> worst(const flux::TallyFlux& flux, const std::vector<double>& truth) const {
         std::pair<double, int> worst{0.0, 0};
         for (int tenth = 0; tenth <= 10; ++tenth)
@@ -60,7 +59,7 @@ struct Hole {
     }
 };
 
-// Rays an unknown, doubled until the worst rms over three seeds is met.
+// Cost at the rays an unknown, doubled until the worst rms over three seeds meets the target.
 struct Cost {
     std::uint64_t rays = 0;
     double seconds = 0.0, rms = 0.0;
@@ -108,7 +107,7 @@ void compare(double aspect, double sticking) {
         scaled / fast.seconds);
 }
 
-// Percent off the exact flux, every tenth and the floor; * where that is below 1e-3.
+// Prints the deviation from the exact flux in percent, by tenth and on the floor; * for fluxes below 1e-3.
 void against_truth() {
     for (const double aspect : {5.0, 10.0, 30.0, 100.0}) {
         const Hole hole(aspect);

@@ -114,7 +114,7 @@ def compare_surfaces(title, space, around, radius, spacing):
         difference[square] = values[0].mean() - values[1].mean()
         error[square] = 2 * np.sqrt(sum(v.var(ddof=1) / len(v) for v in values)) if len(space) > 1 else np.nan
     worst = max(squares, key=lambda square: abs(difference[square]))
-    # Of parts of the profile that no vertex in space is near to.
+    # Distance of each point of the profile to the nearest vertex in space.
     away = [min(np.hypot(*(s.at - q).T).min() for s in space) / spacing for q in reference.at]
     lost = reference.at[np.argmax(away)]
     print(f"  {title}: mean {np.mean(np.abs(list(difference.values()))):.3f} +- {np.mean(list(error.values())):.3f}, largest "

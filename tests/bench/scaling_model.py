@@ -39,7 +39,7 @@ def measured_sums(program):
         check=True, capture_output=True, text=True).stdout
     rows = [list(map(float, line.split()[:2])) for line in text.splitlines() if re.match(r"\d", line)]
     print(text)
-    return rows[0][1], rows[-1][1] / rows[-1][0]  # of one too large for caches
+    return rows[0][1], rows[-1][1] / rows[-1][0]  # latency; and seconds a byte of a sum too large for caches
 
 
 def main():

@@ -1,4 +1,4 @@
-// The own collapse engine against CGAL and meshoptimizer on process-like surfaces: time, distance, slivers.
+// Sidewall's collapse engine against CGAL and meshoptimizer on process-like surfaces: time, distance, shape.
 //
 //   simplify_bench [--repeat N] [--no-cgal] [--rough | MESH=GRID_SPACING ...]
 //   simplify_bench --scaling [--repeat N]
@@ -100,7 +100,7 @@ TriangleMesh meshoptimizer(const TriangleMesh& mesh, std::size_t target) {
 struct Entry {
     std::string name;
     std::function<TriangleMesh(std::size_t target)> run;
-    bool reference;  ///< another library: sequential
+    bool reference;  ///< an engine of another library, sequential
 };
 
 std::vector<Entry> methods(const Surface& s, const std::vector<std::uint8_t>& features, bool cgal) {
@@ -182,7 +182,7 @@ void compare(const Surface& s, int repeat, bool cgal) {
     }
 }
 
-/// A line of /proc/self/status in bytes, e.g. VmRSS, or VmHWM: the most it was since reset_peak().
+/// A line of /proc/self/status in bytes: VmRSS, or VmHWM, which is the largest VmRSS since reset_peak().
 double memory(const std::string& key) {
     std::ifstream file("/proc/self/status");
     for (std::string word; file >> word;)

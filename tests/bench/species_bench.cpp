@@ -1,4 +1,4 @@
-// One pass for two species that share their paths against a pass each, in CPU seconds of one thread.
+// One pass for two species that share their paths against a pass for each, in CPU seconds of one thread.
 //
 //     species_bench [MESH=GRID_SPACING ...]
 //
@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::uint64_t kRays = 4'000'000;
 
-// Species of one pass: their stickings, or where coverages decide them, those by wedge.
+// Species of one pass with their stickings; `by_wedge` holds those that coverages decide.
 struct Together {
     std::string name;
     std::vector<flux::Species> species;
@@ -30,8 +30,8 @@ Together with_stickings(double a, double b) {
     return {fmt::format("{}, {}", a, b), {{"first", 1.0, {a}}, {"second", 1.0, {b}}}, {}};
 }
 
-// SF6/O2 at the default fluxes and stickings, beta (1 - theta), with the coverages nearly settled; ions, as a
-// vertical beam, act on what faces up, shadowed or not.
+// SF6/O2 at the default fluxes and stickings, beta (1 - theta), with the coverages nearly settled. Ions come
+// as a vertical beam on upward faces, shadowed or not.
 Together sulphur_hexafluoride(const Scene& s) {
     constexpr double kEtchant = 4500.0, kOxygen = 800.0, kSigma = 300.0, kBetaSigma = 0.04;
     constexpr double kBetaE = 0.7, kBetaP = 1.0;
@@ -62,8 +62,7 @@ Together sulphur_hexafluoride(const Scene& s) {
     return pair;
 }
 
-// One pass for both species against a pass each: the time of equal rays, and what that leaves of noise; the
-// time to a noise of 5 % of each.
+// One pass for both species against a pass for each: time and noise at equal rays, time to a noise of 5 %.
 void several_species(const Scene& s) {
     constexpr double kTarget = 0.05;
     for (const Together& pair : {with_stickings(1.0, 0.3), with_stickings(0.3, 0.1),
@@ -107,7 +106,7 @@ void several_species(const Scene& s) {
                    rate(own[1]), rate(one), (own[0] + own[1]) / one);
         for (std::size_t k = 0; k < 2; ++k)
             fmt::print("{:>9.4f}{:>9.4f}", apart[k].relative_error, shared[k].relative_error);
-        // Every species to the error that its own pass leaves: the rays that the slower one needs.
+        // Rays to bring a species to the error of its own pass; the species that needs more decides.
         const auto needs = [&](std::size_t k) {
             return std::pow(shared[k].relative_error / apart[k].relative_error, 2.0);
         };

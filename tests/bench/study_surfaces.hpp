@@ -20,7 +20,7 @@ namespace sidewall::bench {
 struct StudySurface {
     std::string name;
     TriangleMesh mesh;
-    double spacing = 0.0;  ///< of the grid it was extracted from
+    double spacing = 0.0;  ///< spacing of the grid it was extracted from
 };
 
 /// Grows both from their recipes, in about a minute.
@@ -38,8 +38,8 @@ inline std::vector<StudySurface> study_surfaces() {
     return surfaces;
 }
 
-/// Those of MESH=GRID_SPACING, or the study's if there are none. Attributes are dropped, as the study does:
-/// borders of materials would stay as they are.
+/// The surfaces named MESH=GRID_SPACING, or the study's if none is named. Attributes are dropped, as in the
+/// study: simplification would leave the borders of materials untouched.
 /// \throws RecipeError for another word.
 inline std::vector<StudySurface> surfaces_of(const std::vector<std::string>& words) {
     std::vector<StudySurface> surfaces;
@@ -55,7 +55,7 @@ inline std::vector<StudySurface> surfaces_of(const std::vector<std::string>& wor
     return words.empty() ? study_surfaces() : surfaces;
 }
 
-/// What a benchmark's main does: lines appear as they are printed, piped too, and errors end it with a message.
+/// Runs a benchmark's main: output is line-buffered, also into pipes, and errors end it with a message.
 template <class Body>
 int run_bench(const char* name, Body&& body) try {
     levelset::initialize();

@@ -1,5 +1,5 @@
 // Seconds and throughput of the surface folder's work on one mesh: a rippled plane of the size given (default
-// 400: 320 k triangles). Read ratios, not seconds.
+// 400: 320 k triangles). Compare ratios, not seconds.
 #include <fmt/format.h>
 
 #include <chrono>

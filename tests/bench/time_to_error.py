@@ -20,7 +20,7 @@ from pathlib import Path
 from used import cpu_seconds_of
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs/quick"
-# With the figures to compare.
+# Recipes with the figures to compare.
 RECIPES = {
     "trench_deposition": ("film_top", "film_side", "film_bottom"),
     "trench_profile": ("film_top", "film_side", "film_bottom"),

@@ -1,7 +1,7 @@
-// SIDEWALL_FAULT="each DEPTH": a copy for every chain of the DEPTH innermost callers, from main on, of a call
-// on a file. The program runs in the folder work of a folder that also holds expected/: what work holds after
-// a whole run. Copies run in copy/, and their ends are counted in report.txt: what went wrong is told there
-// with its callers, and copy/ is kept as copy-N/.
+// SIDEWALL_FAULT="each DEPTH": forks a copy of the program for every chain of the DEPTH innermost callers,
+// from main on, of a call on a file. The program runs in work/ beside expected/, the files of an undisturbed
+// run. Copies run in copy/; report.txt counts how they ended. A wrong end is listed in wrong.txt; its folder
+// is kept as copy-N/, with callers.txt.
 #include "tests/faults/copies.hpp"
 
 #include <execinfo.h>
@@ -30,14 +30,14 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kDeepest = 64;
-constexpr unsigned kSeconds = 60;  // in which a copy must have ended
+constexpr unsigned kSeconds = 60;  // seconds in which a copy must have ended
 
 struct EventFinder {
     int depth = 16;
     pid_t process = 0;
-    fs::path root;  // that holds work and expected
+    fs::path root;  // the folder that holds work and expected
     std::unordered_set<std::size_t> seen;
-    std::map<std::string, int> ends;  // by what came of it
+    std::map<std::string, int> ends;  // number of copies by how they ended
     int copies = 0, wrong = 0;
 };
 
@@ -49,7 +49,7 @@ std::string read(const fs::path& path) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
-// In a copy: files that are open for writing are those of its own folder from now on.
+// In a copy: reopens the files open in work as the same files of the copy's folder.
 void move_into(const fs::path& folder) {
     const std::string work = (survey->root / "work").string() + "/";
     for (int file = 3; file < 256; ++file) {
@@ -74,7 +74,7 @@ void move_into(const fs::path& folder) {
     ::close(said);
 }
 
-// Surfaces, interfaces and recipes are the same whenever and wherever they are written.
+// Files with the same bytes whenever and wherever they are written: surfaces, interfaces, recipes and notes.
 bool repeats(const fs::path& path) {
     return path.extension() == ".vtp" || path.extension() == ".toml" || path.filename() == "notes.txt";
 }
@@ -92,14 +92,14 @@ std::string judge_files(const fs::path& folder, bool ended_well) {
     }
     for (const auto& entry : fs::recursive_directory_iterator(expected)) {
         const fs::path name = fs::relative(entry.path(), expected);
-        // What the run does not write is there whatever happens.
+        // Files that the run does not write (outside out/) must survive whatever happens.
         if ((ended_well || !name.string().starts_with("out/")) && !fs::exists(folder / name))
             return "has lost " + name.string();
     }
     return "";
 }
 
-// How a copy ended, as a heading of the count; "WRONG: ..." if not as it should.
+// How a copy ended, as a heading of the report; "WRONG: ..." if it should not have ended like that.
 std::string judge(int status, const fs::path& folder) {
     const std::string said = read(folder / "said.txt");
     if (WIFSIGNALED(status))
@@ -131,7 +131,7 @@ void tell(const std::string& end, const char* what, void* const* callers, int de
     ::close(file);
 }
 
-// In the copy: true.
+// Forks. Returns true in the copy; in the original, after the copy has ended and been judged, false.
 bool copied(const char* what, void* const* callers, int depth) {
     const fs::path folder = survey->root / "copy";
     fs::remove_all(folder);
@@ -151,7 +151,7 @@ bool copied(const char* what, void* const* callers, int depth) {
     return false;
 }
 
-// Threads of libraries have not been copied and must not be waited for.
+// Exit handler. Fork copies no threads of libraries, so a copy must not wait for them: it ends at once.
 void end(int status, void*) {
     busy = true;
     if (survey != nullptr) return write_report();
@@ -186,9 +186,9 @@ void begin_survey() {
     asked->process = ::getpid();
     asked->root = fs::current_path().parent_path();
     std::array<void*, kDeepest> first{};
-    ::backtrace(first.data(), kDeepest);  // loads what it needs
+    ::backtrace(first.data(), kDeepest);  // loads the library that backtrace needs
     ::on_exit(end, nullptr);
-    survey = asked.release();  // lives as long as the process
+    survey = asked.release();  // lives until the process ends
 }
 
 }  // namespace sidewall::faults

@@ -1,6 +1,6 @@
-// The program on a disk that fills up, or killed, at a chosen operation on a file that it writes.
-// SIDEWALL_FAULT="full N": from the N-th operation on, all but removing fail for want of space; "kill N": the
-// N-th operation does not happen any more. copies.cpp and system_calls.cpp name others.
+// Runs the program on a disk that fills up, or kills it, at a chosen operation on a file that it writes.
+// SIDEWALL_FAULT="full N": from the N-th operation on, all but removals fail for want of space; "kill N": the
+// program is killed before the N-th operation. copies.cpp and system_calls.cpp implement other faults.
 #include <atomic>
 #include <cerrno>
 #include <csignal>

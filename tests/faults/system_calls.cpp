@@ -1,6 +1,6 @@
-// The C library's functions that change files, as tests/faults/copies.hpp lets them fail, and the allocation
-// of C++: SIDEWALL_FAULT="memory N" refuses the N-th one of the main thread. What stands here takes the place
-// of the library's own, for shared libraries, too.
+// Replaces the C library's functions that change files by ones that can fail (tests/faults/copies.hpp), and
+// C++ allocation: SIDEWALL_FAULT="memory N" refuses the N-th allocation of the main thread. The replacements
+// also serve the shared libraries.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/file.h>
@@ -17,7 +17,7 @@
 
 namespace {
 
-// Counts down to the allocation that fails; 0: none does.
+// The number of the allocation that fails; 0: none fails.
 long allocations_left() {
     const char* fault = std::getenv("SIDEWALL_FAULT");
     long n = 0;
@@ -35,7 +35,7 @@ bool no_file(const char* what, int error) {
     return true;
 }
 
-// The function that this file hides.
+// The library function that a function of this file replaces.
 template <class Function>
 Function* hidden(Function*, const char* name) {
     return reinterpret_cast<Function*>(::dlsym(RTLD_NEXT, name));
@@ -43,7 +43,7 @@ Function* hidden(Function*, const char* name) {
 
 }  // namespace
 
-// Not inlined: a compiler that sees malloc behind one and not behind the other takes them for a mismatch.
+// Not inlined: a compiler that sees malloc behind new, but not free behind delete, warns of a mismatch.
 [[gnu::noinline]] void* operator new(std::size_t size) {
     void* memory = no_memory() ? nullptr : std::malloc(size);
     if (memory == nullptr) throw std::bad_alloc();
@@ -103,14 +103,14 @@ FILE* fopen64(const char* path, const char* mode) {
     return no_file("fopen64", EMFILE) ? nullptr : real(path, mode);
 }
 
-// Nothing here outlives the machine: a disk's time is saved.
+// Skips the real sync: the test's files need not survive a power loss, and syncing takes disk time.
 int fsync(int) {
     return no_file("fsync", EIO) ? -1 : 0;
 }
 
 int close(int file) {
     static const auto real = hidden(&close, "close");
-    // Like the kernel's, it closes the file whatever it returns.
+    // Like the kernel's close, it closes the file even where it returns an error.
     const int result = real(file);
     return no_file("close", EIO) ? -1 : result;
 }

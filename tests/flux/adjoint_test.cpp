@@ -19,7 +19,7 @@ TriangleMesh trench() {
     return extrude(trench_profile(2.0, 0.4, {0.25, 0.5, 0.75}, {0.25, 0.5, 0.75}), 1.0, 4);
 }
 
-// With yields, a grazing reflection that funnels to the floor, and sputtered particles that land elsewhere.
+// Ions with yields, a grazing reflection that funnels to the floor, and redeposition elsewhere.
 Species ions() {
     Species ions = ion("ion", {100.0, 10.0}, 100.0);
     ions.yields = {{"sputter", Angular::sputter, 20.0, {0.1}, {9.3}}};
@@ -40,7 +40,7 @@ double area_mean(const TriangleMesh& mesh, const FluxField& triangle, std::size_
     return sum / area;
 }
 
-// Mean over so many traces, and its standard error.
+// Mean over traces, and the variance of that mean.
 struct Estimate {
     double sum = 0.0, squares = 0.0, count = 0.0;
     void add(double x) { sum += x, squares += x * x, ++count; }
@@ -57,7 +57,7 @@ TEST_CASE("adjoint paths from flat ground give its flux exactly, whatever the so
     const FluxResult result = trace(mesh, boundary, narrow(exponent), {.rays = 4 * 3 * 40, .adjoint = true});
     CHECK(result.emitted == 4u * 3u * 40u);
     CHECK(result.absorbed == result.emitted);
-    // Weights are sums of units of 2^-28 particles, a dozen of which an element has.
+    // Weights are multiples of 2^-28 particles; an element sums about a dozen of them.
     for (const FluxField* field : {&result.triangle, &result.wedge, &result.vertex})
         for (std::size_t k = 0; k < field->flux.size(); ++k) {
             CHECK(field->flux[k] == Approx(1.0).epsilon(1e-6));
@@ -66,8 +66,7 @@ TEST_CASE("adjoint paths from flat ground give its flux exactly, whatever the so
 }
 
 TEST_CASE("a slope that nothing hides gets the cosine's share of a narrow beam by adjoint paths") {
-    // Up and down again at 60 degrees, under a beam of 0.1 degrees: cos(60) on both, within its spread's
-    // 1e-3.
+    // Walls at 60 degrees under a beam of 0.1 degrees: cos(60) on both, within the beam's spread of 1e-3.
     const auto mesh = extrude({{0.0, 0.0}, {1.0, std::sqrt(3.0)}, {2.0, 0.0}}, 1.0, 3);
     const FluxResult result = trace(mesh, kPeriodic, narrow(1e6), {.rays = 20'000, .adjoint = true});
     for (const double flux : result.triangle.flux) CHECK(flux == Approx(0.5).epsilon(2e-3));
@@ -77,7 +76,7 @@ TEST_CASE("adjoint and forward fluxes agree, with yields, reflections and redepo
     const auto mesh = trench();
     const Species species = GENERATE(narrow(60.0), ions());
     const std::array sides{Boundary::reflective, GENERATE(Boundary::periodic, Boundary::open)};
-    constexpr std::size_t kStrip = 8;  // triangles of a segment of the profile
+    constexpr std::size_t kStrip = 8;  // triangles for each segment of the profile
     const std::size_t strips = mesh.triangles.size() / kStrip, tallies = tally_count(species);
     constexpr int kSeeds = 24;
     std::vector<Estimate> by_way[2];
@@ -98,21 +97,20 @@ TEST_CASE("adjoint and forward fluxes agree, with yields, reflections and redepo
     for (std::size_t n = 0; n < strips * tallies; ++n) {
         const Estimate &down = by_way[0][n], &up = by_way[1][n];
         CAPTURE(species.name, n / strips, n % strips, down.mean(), up.mean());
-        if (down.mean() == 0.0) {  // what sputters goes up from the ledges, and none comes down on them
+        if (down.mean() == 0.0) {  // sputtered particles leave the ledges upwards; none lands on them
             CHECK(n / strips == 2);
             CHECK(up.mean() == 0.0);
             continue;
         }
-        // Of some 30 means of 46 degrees of freedom none in a thousand tests is off by as much.
+        // About 30 means of 46 degrees of freedom: in a thousand tests none is off by as much.
         CHECK(std::abs(up.mean() - down.mean()) < 5.0 * std::sqrt(up.variance() + down.variance()));
-        CHECK(std::sqrt(up.variance()) < 0.04 * up.mean());  // so that a fifth more or less would show
+        CHECK(std::sqrt(up.variance()) < 0.04 * up.mean());  // a bias of a fifth would show
     }
 }
 
 TEST_CASE(
     "adjoint paths from triangles of very different sizes weigh what they stand for, however much that is") {
-    // Halves of a plate, one of 2 triangles, one of 2000 slivers: paths of the large ones weigh 500
-    // particles.
+    // A plate, half of it 2 triangles, half 2000 slivers: a path from a large one weighs 500 particles.
     Profile profile{{0.0, 0.0}, {1.0, 0.0}};
     for (int k = 1; k <= 1000; ++k) profile.emplace_back(1.0 + 0.001 * k, 0.0);
     const auto mesh = extrude(profile, 1.0);
@@ -126,7 +124,7 @@ TEST_CASE(
         CHECK(particles(result.ledger.emitted) == Approx(static_cast<double>(result.emitted)).epsilon(1e-6));
         CHECK(particles(result.ledger.absorbed) ==
               Approx(0.75 * particles(result.ledger.emitted)).epsilon(1e-6));
-        // What is left of the slivers' paths, less than a particle each, plays roulette.
+        // Paths from slivers carry less than a particle each and play Russian roulette.
         CHECK(particles(result.ledger.escaped) ==
               Approx(0.25 * particles(result.ledger.emitted))
                   .margin(5.0 * std::sqrt(0.25 * static_cast<double>(result.emitted))));
@@ -164,8 +162,7 @@ TEST_CASE("the error that adjoint paths report is that of the scatter between se
         flux += area * vertices[v].mean();
     }
     CAPTURE(species.name, reported, error / flux);
-    // Paths of a batch are stratified over directions, so that a few more than four of them are not
-    // independent.
+    // A trace has only 8 batches, and their paths are stratified over directions, not independent.
     CHECK(reported == Approx(error / flux).epsilon(0.15));
 }
 
@@ -175,7 +172,7 @@ TEST_CASE("adjoint paths get the same bits on any number of threads and task siz
     const LateralBox box = lateral_box(mesh, kPeriodic);
     const Wedges wedges = make_wedges(mesh);
     const Species species = ions();
-    const double target = GENERATE(0.0, 0.06, 1e-9);  // none, within reach, beyond
+    const double target = GENERATE(0.0, 0.06, 1e-9);  // no target, one within reach, one beyond
     constexpr std::uint64_t kRays = 100'000;
     const auto run = [&](int threads, std::uint32_t task_rays) {
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
@@ -231,7 +228,7 @@ TEST_CASE(
     const std::uint64_t few = 12 * mesh.triangles.size() - 1;
     CHECK(trace(mesh, kPeriodic, narrow(), {.rays = few}).wedge.flux ==
           trace(mesh, kPeriodic, narrow(), {.rays = few, .adjoint = true}).wedge.flux);
-    // Two species on the same paths.
+    // Two species that share paths are traced from the source.
     const surface::RayScene scene(mesh);
     const LateralBox box = lateral_box(mesh, kPeriodic);
     const Wedges wedges = make_wedges(mesh);

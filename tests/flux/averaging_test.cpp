@@ -43,13 +43,13 @@ TEST_CASE("an average over a disc: constants stay, a parabola rises by a quarter
     for (const Vec3& p : kSheet.vertices) parabola.push_back(p.x() * p.x());
     const auto mean = average(kSheet, wedges, kReflective, parabola, kRadius).flux;
     for (std::size_t v = 0; v < mean.size(); ++v)
-        // Sampled in triangles of a quarter of the radius, the rim is ragged by a few per cent.
+        // Triangles of a quarter of the radius make the disc's rim ragged, by a few per cent.
         if (within(kSheet.vertices[v], kRadius))
             CHECK(mean[v] - parabola[v] == Approx(kRadius * kRadius / 4.0).epsilon(0.1));
 }
 
 TEST_CASE("profiles, plain and round, are averaged over the disc that they stand for") {
-    // A tenth as thick as the disc, which a profile of one cell may be.
+    // The sheet is a tenth of the radius wide, as a profile of one cell may be.
     constexpr double kRadius = 0.2;
     const TriangleMesh sheet = height_field(200, 1, kExtent, 0.02, [](auto, auto) { return 0.0; });
     const Revolved disc({{0.0, 0.0}, {kExtent, 0.0}}, 0.01);
@@ -68,7 +68,7 @@ TEST_CASE("profiles, plain and round, are averaged over the disc that they stand
             if (x > kExtent - kRadius || (!round && x < kRadius)) continue;
             const std::uint32_t w = wedges.corner[c];
             CAPTURE(round, x);
-            // x^2 alone, or x^2 + y^2; the rim is ragged as above.
+            // The mean of x^2 rises by R^2 / 4, that of x^2 + y^2 by R^2 / 2; the rim is ragged as above.
             CHECK(mean.flux[w] - parabola[w] ==
                   Approx(kRadius * kRadius * (round ? 0.5 : 0.25)).epsilon(0.1));
         }
@@ -78,20 +78,20 @@ TEST_CASE("profiles, plain and round, are averaged over the disc that they stand
 TEST_CASE("averages go on beyond the sides, mirrored or from the opposite one") {
     const Wedges wedges = make_wedges(kSheet);
     constexpr double kRadius = 0.3, kWave = 2.0 * kPi / kExtent;
-    // It goes on as itself beyond either kind of side, so that the disc takes 2 J1(k R) / (k R) of it
-    // everywhere.
+    // The wave continues itself beyond reflective and periodic sides: its mean over any disc is the wave
+    // times 2 J1(k R) / (k R).
     std::vector<double> wave;
     for (const Vec3& p : kSheet.vertices) wave.push_back(std::cos(kWave * p.x()) + std::cos(kWave * p.y()));
     const double factor = 2.0 * std::cyl_bessel_j(1.0, kWave * kRadius) / (kWave * kRadius);
     for (const auto& sides : {kReflective, kPeriodic, std::array{Boundary::reflective, Boundary::periodic}}) {
         const auto mean = average(kSheet, wedges, sides, wave, kRadius).flux;
         for (std::size_t v = 0; v < mean.size(); ++v)
-            CHECK(mean[v] == Approx(factor * wave[v]).margin(0.02));  // a tenth of what it takes off
+            CHECK(mean[v] == Approx(factor * wave[v]).margin(0.02));  // a tenth of what averaging takes off
     }
 }
 
 TEST_CASE("what faces away or is of another material does not count") {
-    // A slit narrower than the radius: each wall sees itself, its neighbour's back, and the other wall.
+    // A slit narrower than the radius: near a wall lie level parts and the opposite wall, which do not count.
     const TriangleMesh slit =
         extrude({{0.0, 0.0}, {0.95, 0.0}, {0.95, -1.0}, {1.05, -1.0}, {1.05, 0.0}, {2.0, 0.0}}, 0.5, 10);
     const Wedges wedges = make_wedges(slit);
@@ -122,7 +122,7 @@ TEST_CASE("the error of an average falls with the number of triangles it is take
 }
 
 TEST_CASE("no wedge is left out, wherever the surface is lowest") {
-    // A bowl: nothing lies below its lowest vertex, nor beyond those at its rim.
+    // A bowl: no vertex lies below the lowest one, none beyond those at the rim.
     const TriangleMesh bowl = height_field(kCells, kCells, kExtent, kExtent, [](auto i, auto j) {
         const auto x = static_cast<double>(i) / kCells - 0.5, y = static_cast<double>(j) / kCells - 0.5;
         return 2.0 * (x * x + y * y);

@@ -9,10 +9,10 @@
 
 namespace sidewall::flux {
 
-/// Sides of a profile: in a mesh of one row its rays fly in the plane of x and z.
+/// Sides of a profile: in a mesh one row wide, rays fly in the plane of x and z.
 inline constexpr std::array kProfile{Boundary::reflective, Boundary::periodic};
 
-/// A surface and its exchange.
+/// A surface with all that radiosity needs, and exchanges gathered on it.
 struct Cavity {
     TriangleMesh mesh;
     std::vector<std::int32_t> materials;

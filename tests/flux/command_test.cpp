@@ -30,7 +30,7 @@ std::string slurp(const std::filesystem::path& path) {
     return text.str();
 }
 
-// A folder of its own for each test, gone afterwards.
+// A temporary folder in which the program runs, removed afterwards.
 struct Workshop {
     std::filesystem::path folder =
         std::filesystem::temp_directory_path() / ("sidewall_flux_" + std::to_string(getpid()));
@@ -50,7 +50,7 @@ struct Workshop {
     void write(const char* name, const TriangleMesh& mesh) const { surface::write_mesh(folder / name, mesh); }
 };
 
-// Ledges of material 7, trench of material 2.
+// A trench of material 2 between ledges of material 7.
 TriangleMesh two_materials() {
     auto mesh = extrude(trench_profile(2.0, 0.5, {0.5}, {0.5}), 1.0, 4);
     Attribute material{"material", 1, Scalar::int32, {}};
@@ -60,7 +60,7 @@ TriangleMesh two_materials() {
     return mesh;
 }
 
-// Of so many corners; flat.
+// A flat disk: a polygon of so many corners.
 TriangleMesh disk(std::uint32_t corners) {
     TriangleMesh mesh;
     mesh.vertices.emplace_back(Vec3::Zero());
@@ -126,7 +126,7 @@ TEST_CASE("the flux command writes what the library computes: JSON, CSV and VTP"
     }
     CHECK_FALSE(std::getline(rows, line));
 
-    // The VTP run had one thread: the same bits all the same.
+    // The VTP run had one thread and must have the same bits.
     const auto file = surface::read_mesh(shop.folder / "flux.vtp");
     CHECK(file.triangle_attribute("flux")->values == expected.triangle.flux);
     CHECK(file.triangle_attribute("flux_error")->values == expected.triangle.error);
@@ -208,7 +208,7 @@ TEST_CASE("a surface whose outline is no rectangle is traced with open sides, an
 TEST_CASE("Ctrl-C ends a trace within a second, with code 130, and nothing is written", "[foreign][slow]") {
     const Workshop shop;
     shop.write("deep.vtp", extrude(trench_profile(20.0, 0.1, {0.5}, {0.5}), 1.0, 4));
-    // In the foreground: else timeout signals twice, itself and by the group, and a second Ctrl-C kills.
+    // --foreground: else timeout signals twice, directly and by the group, and a second Ctrl-C kills.
     const std::string program = "timeout --foreground --preserve-status --signal=INT 1 '" SIDEWALL_PROGRAM
                                 "' flux deep.vtp --method monte-carlo ";
     const auto [options, what] = GENERATE(
@@ -299,7 +299,7 @@ TEST_CASE("bad meshes and options of the flux command end with their code and a 
     CHECK(outcome.code == code);
     CHECK_THAT(outcome.error, Contains(message));
     CHECK(outcome.out.empty());
-    // Only a summary that cannot be written comes after a result that could.
+    // A result remains only where nothing but the summary, written after it, fails.
     CHECK(std::filesystem::exists(shop.folder / "result.csv") ==
           (arguments.find("--json /proc") != std::string::npos));
 }
@@ -388,7 +388,7 @@ TEST_CASE("vertices without triangle and triangles listed again do not change th
 TEST_CASE("what flies past the rim of a round plate has escaped, and through a hole it has leaked",
           "[foreign]") {
     const Workshop shop;
-    TriangleMesh plate = disk(32);  // with a pit as wide as half of it
+    TriangleMesh plate = disk(32);  // with a pit of half its radius
     for (std::uint32_t k = 1; k <= 32; ++k) plate.vertices.push_back(0.5 * plate.vertices[k]);
     plate.vertices[0].z() = -2.0;
     plate.triangles.clear();
@@ -403,7 +403,7 @@ TEST_CASE("what flies past the rim of a round plate has escaped, and through a h
     CHECK(outcome.code == 0);
     const auto json = nlohmann::json::parse(outcome.out);
     CHECK(json["leaked"] == 0);
-    CHECK(json["escaped"] > 20000);  // beside the disk alone are 1 - pi / 4 of the source
+    CHECK(json["escaped"] > 20000);  // 1 - pi / 4 of the source lies beside the disk
     plate.triangles.erase(plate.triangles.begin() + 15);
     shop.write("holed.ply", plate);
     const auto leaky = shop.run("holed.ply --rays 100000 --json -");

@@ -10,8 +10,8 @@
 namespace sidewall::flux {
 namespace {
 
-// Whether a triangle lies in a tenth of the depth, or on the floor. Half a cell at the foot belongs to
-// neither.
+// Whether a triangle lies in the middle \p part of a tenth of the depth (0 to 9), or on the floor (10). Half
+// a cell at the foot belongs to neither.
 bool lies_in(const TriangleMesh& mesh, std::size_t t, double depth, int tenth, double part) {
     const Vec3 c = triangle_centroid(mesh, t), normal = area_vector(mesh, t);
     const bool upright = std::abs(normal.z()) > 0.9 * normal.norm();
@@ -46,7 +46,7 @@ CylinderTruth::CylinderTruth(double depth, double sticking)
       flux_(cylinder_flux(depth, sticking, std::clamp(static_cast<int>(20.0 * depth), 100, 4000))) {}
 
 double CylinderTruth::wall(double z) const {
-    // Between the middles of rings as a power of e; above the first, along the line through the first two.
+    // Exponential interpolation between the middles of rings; beyond them extrapolated from the nearest two.
     const auto& rings = flux_.wall;
     const double place = -z / depth_ * static_cast<double>(rings.size()) - 0.5;
     const double first = std::clamp(std::floor(place), 0.0, static_cast<double>(rings.size() - 2));
@@ -61,7 +61,7 @@ double tenth_ratio(const TriangleMesh& mesh, const std::vector<double>& triangle
         if (!lies_in(mesh, t, depth, tenth, 1.0)) continue;
         const double a = triangle_area(mesh, t);
         double there = truth.floor();
-        if (tenth < 10) {  // the mean over the triangle: middles of its edges
+        if (tenth < 10) {  // mean over the triangle, from the middles of its edges
             there = 0.0;
             for (std::size_t k = 0; k < 3; ++k)
                 there += truth.wall(0.5 * (mesh.vertices[mesh.triangles[t][k]].z() +

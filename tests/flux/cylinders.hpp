@@ -4,11 +4,11 @@
 #include "surface/triangle_mesh.hpp"
 #include "tests/flux/truth.hpp"
 
-// The table of exact fluxes in a cylinder, tests/assets/cylinder_radiosity.csv, and where on a mesh its rows
-// are.
+// The table of exact fluxes in a cylinder, tests/assets/cylinder_radiosity.csv, and the triangles of a mesh
+// to which its rows refer.
 namespace sidewall::flux {
 
-/// A row of the table; depth relative, -1: the mean over the floor.
+/// A row of the table. `depth` is relative to that of the hole; -1: the mean over the floor.
 struct CylinderRow {
     double aspect, sticking, depth, flux;
 };
@@ -27,7 +27,7 @@ class CylinderTruth {
     CylinderFlux flux_;
 };
 
-/// Mean flux of the triangles of a tenth of the depth, 0 to 9, or of the floor, 10, over the exact mean there.
+/// Mean flux of the triangles of a tenth of the depth (0 to 9), or of the floor (10), over the exact mean.
 double tenth_ratio(const TriangleMesh& mesh, const std::vector<double>& triangle_flux,
                    const CylinderTruth& truth, double depth, int tenth);
 

@@ -7,7 +7,7 @@
 #include "tests/flux/traces.hpp"
 #include "tests/flux/truth.hpp"
 
-// What starts on the surface beside what comes from above.
+// Particles that desorb from the surface, besides those from the source.
 using namespace sidewall;
 using namespace sidewall::flux;
 
@@ -20,7 +20,7 @@ Species desorbing(double sticking) {
     return species;
 }
 
-// A trench of depth 2 cut into strips; its floor is segments 9 to 16 of 25.
+// A trench of depth 2 cut into strips; segments 9 to 16 of 25 are its floor.
 TriangleMesh desorbing_trench() {
     const std::vector<double> cuts{0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875};
     return extrude(trench_profile(2.0, 0.5, cuts, cuts), 0.5);
@@ -56,7 +56,7 @@ TEST_CASE("a surface that emits what it would absorb of flux 1 has flux 1 everyw
     int far = 0;
     for (std::size_t w = 0; w < wedges.count(); ++w)
         far += std::abs(result.wedge.flux[w] - 1.0) > 3.0 * result.wedge.error[w];
-    // Beyond 3 standard errors, of Student's t with 31 degrees of freedom: 0.5 %.
+    // Student's t of 31 degrees of freedom lies beyond 3 in 0.5 % of cases.
     CHECK(far <= std::max(2.0, 0.03 * static_cast<double>(wedges.count())));
     const Mean all = mean_flux(mesh, result, [](std::size_t) { return true; });
     CHECK(std::abs(all.flux - 1.0) < 4.0 * all.error);
@@ -116,7 +116,7 @@ TEST_CASE("what desorbs is the same for any task size, traced apart from others,
     const auto other = go();
     CHECK(one[0].wedge.flux == other[0].wedge.flux);
     CHECK(one[0].ledger == other[0].ledger);
-    // A species that does not desorb takes no notice.
+    // A species that does not desorb ignores the emission.
     options.emission_by_wedge = {};
     CHECK(go()[1].wedge.flux == one[1].wedge.flux);
     CHECK(go()[0].wedge.flux != one[0].wedge.flux);

@@ -109,8 +109,7 @@ TEST_CASE("wide sources, neutrals, gas and desorption have no straight flux of a
 }
 
 TEST_CASE("walls see the half of a beam that is above them, and what lies deep under a roof sees nothing") {
-    // A floor from x = 0 to 2 with a wall at 0 that faces it; a roof over x > 1 at height 1, which faces
-    // down.
+    // A floor from x = 0 to 2, a wall at x = 0 facing it, and a roof at height 1 over x > 1 facing down.
     TriangleMesh mesh;
     const auto quad = [&](const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
         const auto n = static_cast<std::uint32_t>(mesh.vertices.size());
@@ -136,17 +135,17 @@ TEST_CASE("walls see the half of a beam that is above them, and what lies deep u
         for (std::size_t k = 0; k < 3; ++k) least = std::min(least, open[0][wedges.corner[3 * triangle + k]]);
         return least;
     };
-    CHECK(least_of(4) == 1.0);  // of its half
+    CHECK(least_of(4) == 1.0);  // all of the half that it faces
     CHECK(open[0][wedges.corner[0]] == 1.0);
-    for (const std::uint32_t corner : {3u, 4u, 5u})  // of the roofed floor, but near its edge
+    for (const std::uint32_t corner : {3u, 4u, 5u})  // of the roofed floor, away from the roof's edge
         if (mesh.vertices[mesh.triangles[2][corner - 3]].x() == 2.0)
             CHECK(open[0][wedges.corner[6 + corner - 3]] == 0.0);
     CHECK(open[0][wedges.corner[3 * 6]] == 0.0);  // the roof's underside
 }
 
 TEST_CASE("the middle of a deep hole's floor sees as much of a narrow source as its mouth lets through") {
-    // The middle of the floor of a prism of 96 sides and radius 0.5 under a source cos^n; a round hole: 1 -
-    // (L / sqrt(L^2 + 1/4))^(n + 1).
+    // A prism of 96 sides and radius 0.5 under a source cos^n. In a round hole of depth L the middle of the
+    // floor sees 1 - (L / sqrt(L^2 + 1/4))^(n + 1) of it.
     for (const auto& [exponent, depth] :
          std::vector<std::pair<double, double>>{{100.0, 2.0}, {500.0, 10.0}, {500.0, 20.0}, {1000.0, 20.0}}) {
         constexpr std::uint32_t kSides = 96;
@@ -175,14 +174,14 @@ TEST_CASE("the middle of a deep hole's floor sees as much of a narrow source as 
         const auto open = open_shares(DirectFlux(species), mesh, scene, box, wedges);
         const double exact = 1.0 - std::pow(depth / std::hypot(depth, 0.5), exponent + 1.0);
         INFO(exponent << " " << depth);
-        CHECK(open[0][wedges.corner[0]] == Approx(exact).margin(1.0 / 16.0));  // of 16 polar angles
+        CHECK(open[0][wedges.corner[0]] == Approx(exact).margin(1.0 / 16.0));  // one of 16 polar angles
     }
 }
 
 namespace {
 
-// The part of a source cos^n that gets to the floor of a hole of radius 1: from a polar angle the mouth
-// throws a disc onto the floor.
+// Share of a source cos^n that reaches the floor of a hole of radius 1: for every polar angle, the overlap of
+// the floor with the mouth projected onto it.
 double share_of_disc(double exponent, double depth) {
     constexpr int kAngles = 1000;
     double share = 0.0;
@@ -196,7 +195,7 @@ double share_of_disc(double exponent, double depth) {
     return share;
 }
 
-// The mean share on the floor at z = -depth.
+// Mean share on the floor at z = -depth.
 double share_on_floor(const TriangleMesh& mesh, const Wedges& wedges, const std::vector<double>& open,
                       double depth) {
     double received = 0.0, floor = 0.0;
@@ -212,7 +211,7 @@ double share_on_floor(const TriangleMesh& mesh, const Wedges& wedges, const std:
 }  // namespace
 
 TEST_CASE("the floor of a round hole receives what a narrow source sends there, whatever its half shadow") {
-    // Facets of 0.1 of the radius, and half shadows of about that.
+    // Facets are 0.1 of the radius long, penumbras about as wide.
     for (const double depth : {2.0, 3.0, 6.0}) {
         Species species = parallel_ions();
         species.source_exponent = 1000.0;
@@ -235,7 +234,7 @@ TEST_CASE("the floor of a round hole receives what a narrow source sends there, 
 
 namespace {
 
-// A mesh of separate quadrilaterals.
+// Adds a quadrilateral with its own four vertices.
 void add_quad(TriangleMesh& mesh, const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
     const auto n = static_cast<std::uint32_t>(mesh.vertices.size());
     for (const Vec3& p : {a, b, c, d}) mesh.vertices.push_back(p);
@@ -243,8 +242,8 @@ void add_quad(TriangleMesh& mesh, const Vec3& a, const Vec3& b, const Vec3& c, c
     mesh.triangles.push_back({n, n + 2, n + 3});
 }
 
-// The share of a source that the middle of the floor of an endless slit sees, of width 1 and depth 10; half
-// way down hangs a strip of width 0.2.
+// Share of a source seen from the middle of the floor of an endless slit, 1 wide and 10 deep. Half way down a
+// \p strip 0.2 wide may hang.
 double share_of_floor(const Species& species, bool strip) {
     TriangleMesh mesh;
     const double end = 20.0;
@@ -265,10 +264,9 @@ double share_of_floor(const Species& species, bool strip) {
 TEST_CASE("a floor under a thin strip sees the source on both sides of it") {
     Species species = parallel_ions();
     species.source_exponent = 500.0;
-    // Slopes in x of cos^n are nearly normal, of variance 1 / (n + 2): between 0.1 / 5 and 0.5 / 10.
+    // Slopes in x of cos^n are nearly normal, of variance 1 / (n + 2): those seen are 0.1 / 5 to 0.5 / 10.
     const auto within = [](double slope) { return std::erf(slope * std::sqrt(502.0 / 2.0)); };
-    // 16 directions but for mirror images, of which each edge may put one on the wrong side and another
-    // beside it.
+    // There are 16 directions up to mirroring; each edge may put one on the wrong side and one beside it.
     CHECK(share_of_floor(species, true) == Approx(within(0.05) - within(0.02)).margin(2.0 / 16.0));
     CHECK(share_of_floor(species, false) == Approx(within(0.05)).margin(2.0 / 16.0));
 }

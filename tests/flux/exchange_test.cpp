@@ -39,7 +39,7 @@ TriangleMesh trench(double depth, double length, std::size_t rows) {
                    rows);
 }
 
-// A round hole of radius 1: a polygon of \p facets, as wide as a circle of the same area, in rings.
+// A round hole of radius 1 in rings of \p facets: a polygon with the area of the circle.
 TriangleMesh ringed_hole(double depth, std::size_t facets, std::size_t rings, double half_side = 1.5) {
     const TriangleMesh coarse = round_hole(1.0, depth, half_side, facets, 0.5).mesh;
     const auto n = static_cast<std::uint32_t>(facets);
@@ -87,7 +87,7 @@ Profile refined(const Profile& profile, double length) {
 
 using Where = std::function<bool(const Vec3&)>;
 
-// Area-weighted mean over triangles whose centroid is chosen.
+// Area-weighted mean over the triangles whose centroid is chosen.
 double mean_of(const TriangleMesh& mesh, const TallyFlux& flux, const Where& chosen) {
     double sum = 0.0, area = 0.0;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -112,7 +112,7 @@ Scatter scatter_of(const std::vector<double>& values) {
     return s;
 }
 
-// The mean over independent exchanges and its standard error.
+// Mean over independent exchanges, and its standard error.
 Scatter over_exchanges(const Cavity& cavity, std::uint64_t rays_of_unknown, int count,
                        const DiffuseSpecies& species, const Where& chosen) {
     std::vector<double> values;
@@ -151,7 +151,7 @@ TEST_CASE("radiosity of an open plane is 1 where its sticking varies") {
     };
     const double noise = furthest([](const Vec3&) { return 0.5; });
     const double left = cavity.box.min[0], width = cavity.box.max[0] - left;
-    // Linear elements are off by the square of what 1 - s varies by over an edge, relative to it.
+    // Linear elements err by the square of the relative change of 1 - s over an edge.
     const double slope = furthest([&](const Vec3& p) { return 0.2 + 0.6 * (p.x() - left) / width; });
     const double steps = furthest([&](const Vec3& p) { return p.x() < left + 0.5 * width ? 0.5 : 0.6; });
     CAPTURE(noise, slope, steps);
@@ -179,7 +179,7 @@ TEST_CASE("radiosity in a trench agrees with the exact one, whatever the sides a
     for (const auto& [where, truth] : {std::pair(floor, exact.floor_mean), {wall, exact.wall_mean}}) {
         const Scatter s = over_exchanges(cavity, 96, 6, species, where);
         CAPTURE(s.mean, truth, s.error);
-        // Student's t of 5 degrees of freedom: 4.8 leaves 1 in 200; hat functions on 16 cells a width 0.3 %.
+        // Student's t of 5 degrees of freedom exceeds 4.8 in 1 of 200; linear elements of 1/16 err by 0.3 %.
         CHECK(std::abs(s.mean - truth) < 4.8 * s.error + 0.003 * truth);
         CHECK(s.error < 0.02 * truth);
     }
@@ -224,7 +224,7 @@ TEST_CASE("radiosity passes Clausing's share of molecules through a tube within 
     const Scatter s = over_exchanges(cavity, 100, 6, {.sticking = sticking}, floor);
     const double truth = clausing_transmission(length);
     CAPTURE(length, s.mean, s.error, truth);
-    CHECK(s.error < 0.0015 * truth);  // three of them within the 0.5 %
+    CHECK(s.error < 0.0015 * truth);  // three standard errors are within 0.5 %
     CHECK(std::abs(s.mean - truth) < 0.005 * truth);
 }
 
@@ -247,11 +247,11 @@ TEST_CASE("what starts on the surface is an emission term of radiosity") {
     }
     const RadiosityFlux flux = solve_flux(cavity.gathered(64), species);
     CHECK(flux.absorbed + flux.escaped == Approx(1.0));
-    CHECK(flux.absorbed > 0.5);  // most of what starts at the foot sticks
+    CHECK(flux.absorbed > 0.5);  // most of what the floor emits sticks
 }
 
-// A slot of width 1 and depth 5 with an arm of height 1 to each side, 3 and 2 long, that no source ray sees;
-// and the ends of its arms and its floor.
+// A slot of width 1 and depth 5 with an arm of height 1 on each side, 3 and 2 long, hidden from the source.
+// `places` are the ends of its arms and its floor.
 struct Arms {
     static constexpr double kSticking = 0.05;
     Cavity cavity{extrude(refined({{-4.0, 0.0},
@@ -274,7 +274,7 @@ struct Arms {
     std::vector<Where> places{[](const Vec3& p) { return p.x() < -2.5 && p.z() < -1.0; },
                               [](const Vec3& p) { return p.x() > 1.5 && p.z() < -2.0; },
                               [](const Vec3& p) { return p.z() < -4.9999; }};
-    // The tracer's means there, of 1e9 rays.
+    // The tracer's means at `places`, from 1e9 rays.
     static constexpr std::array<Mean, 3> kTraced{
         {{0.3133027, 8.85e-5}, {0.2922260, 7.34e-5}, {0.4311369, 7.15e-5}}};
 
@@ -295,13 +295,13 @@ TEST_CASE("radiosity in the arms of a branched, re-entrant cavity agrees with 1e
         const Mean& traced = Arms::kTraced[k];
         CAPTURE(k, s.mean, s.error, traced.flux, traced.error);
         CHECK(s.error < 0.003 * s.mean);
-        constexpr double kElements = 0.0025;  // 1 % was to be held
+        constexpr double kElements = 0.0025;  // well within the 1 % required
         CHECK(std::abs(s.mean - traced.flux) <
               3.0 * std::hypot(s.error, traced.error) + kElements * traced.flux);
     }
 }
 
-// Three minutes on two cores.
+// Takes three minutes on two cores.
 TEST_CASE("what 1e9 rays tell of the arms is what the tests have of them", "[.long]") {
     const auto traced = Arms().traced(1'000'000'000, 3);
     for (std::size_t k = 0; k < traced.size(); ++k) {
@@ -326,7 +326,7 @@ TEST_CASE("a hole four times as deep takes the solver hardly more iterations") {
         const std::vector<double> sticking(cavity.wedges.count(), 1e-3);
         return solve_flux(cavity.gathered(64), {.sticking = sticking}).iterations;
     };
-    // Without the pieces' means they go with the depth.
+    // Without the solver's coarse grid the iterations grow with the depth.
     const std::uint32_t shallow = iterations(40.0, 40), deep = iterations(160.0, 160);
     CAPTURE(shallow, deep);
     CHECK(deep < 2 * shallow);
@@ -339,8 +339,8 @@ TEST_CASE("a nearly closed cavity at sticking 1e-6 holds the flux that its openi
     const Cavity cavity(extrude(refined(profile, 1.0), 2.0, 2), kReflective);
     const std::vector<double> sticking(cavity.wedges.count(), 1e-6);
     const RadiosityFlux flux = solve_flux(cavity.gathered(64), {.sticking = sticking}, {.tolerance = 1e-9});
-    // The walls take 68 x 1e-6 of what the slit, 0.2 wide, lets pass both ways: 1 - 3.4e-4, less what the
-    // slit's own length returns.
+    // The walls, 68 long, absorb 68e-6 and the slit, 0.2 wide, lets particles in and out: the flux is 1 -
+    // 3.4e-4, less what the slit's own walls return.
     for (std::size_t t = 0; t < cavity.mesh.triangles.size(); ++t) {
         CHECK(flux.triangle.flux[t] <= 1.0 + 1e-6);
         CHECK(flux.triangle.flux[t] > 0.998);
@@ -349,7 +349,7 @@ TEST_CASE("a nearly closed cavity at sticking 1e-6 holds the flux that its openi
 }
 
 TEST_CASE("radiosity's solver goes on until the faintest flux has settled, and that where all sticks") {
-    // Aspect ratio 40: between what walls hand down and what flies straight down the flux is 1e-5 of the
+    // Aspect ratio 40: where what the walls pass down meets what flies straight down, the flux is 1e-5 of the
     // mouth's.
     const Cavity cavity(ringed_hole(80.0, 16, 60), kReflective);
     const Exchange exchange = cavity.gathered(32);
@@ -363,7 +363,7 @@ TEST_CASE("radiosity's solver goes on until the faintest flux has settled, and t
             most = std::max(most, std::abs(flux.wedge.flux[w] / settled.wedge.flux[w] - 1.0));
         return most;
     };
-    // One relaxation changes 1e-5 in the mean over 1000 unknowns: at one of them no more than 0.01.
+    // A relaxation that changes the mean over 1000 unknowns by 1e-5 changes one of them by at most 0.01.
     CHECK(furthest() < 0.01);
     std::fill(sticking.begin(), sticking.begin() + static_cast<std::ptrdiff_t>(sticking.size() / 2), 1.0);
     CHECK(furthest() < 0.01);
@@ -387,7 +387,7 @@ TEST_CASE("standard errors of radiosity are those that other seeds show") {
             told += std::pow(run.triangle.error[t], 2.0) / kSeeds / mean / mean;
         seen += squares / mean / mean;
     }
-    // Groups of an eighth of the rays each err by a little more than their share.
+    // Errors come from groups of an eighth of the rays, each of which errs by a little more than its share.
     CAPTURE(std::sqrt(seen), std::sqrt(told));
     CHECK(told > 0.7 * seen);
     CHECK(told < 3.0 * seen);
@@ -425,7 +425,7 @@ TEST_CASE("radiosity adds rays until its relative error is met, and solving trac
     solve_flux(exchange, {.sticking = low, .guess = fluxes[0].wedge.flux});
     CHECK(exchange.rays() == rays);
     CHECK(exchange.segments() == segments);
-    // With rays for nothing more, the error tells that it is not met.
+    // Allowed no more rays, the solver reports an error above the target.
     const auto short_of = solve_fluxes_to(std::vector{1e-4, 1e-4}, exchange, species, rays);
     CHECK(exchange.rays() == rays);
     CHECK(short_of[1].relative_error > 1e-4);
@@ -452,7 +452,7 @@ TEST_CASE("rays that start where adjoint solutions say they count give the exact
         }
         const Scatter s = scatter_of(values);
         CAPTURE(s.mean, truth, s.error, rows);
-        // As in the test of even starts; linear elements have the same 0.3 %.
+        // Bounds as for evenly started rays: Student's t, and 0.3 % for linear elements.
         CHECK(std::abs(s.mean - truth) < 4.8 * s.error + 0.003 * truth);
         CHECK(s.error < 0.05 * truth);
     }
@@ -525,7 +525,7 @@ TEST_CASE("rays gathered to choose a method are gone on with") {
                              {.rays = rays, .relative_error = target});
     };
     constexpr std::uint64_t kMany = 1'000'000'000;
-    // Shares of the rays are rounded by group.
+    // Each group's share of the rays is rounded.
     const auto about = [](std::uint64_t rays) { return Approx(static_cast<double>(rays)).epsilon(0.01); };
     Exchange exchange = cavity.gathered(0);
     const std::uint64_t fewest = exchange.fewest_rays();
@@ -540,7 +540,7 @@ TEST_CASE("rays gathered to choose a method are gone on with") {
     CHECK(close.spent > 0.0);
     CHECK(close.radiosity_cost > close.spent);
     const std::uint64_t before = exchange.rays();
-    // Where little sticks, they leave a small error.
+    // Where little sticks, the first rays leave a small error.
     const std::vector<double> little(cavity.wedges.count(), 0.01);
     const double reached = 1.05 * solve_flux(exchange, {.sticking = little}).relative_error;
     const MethodChoice rough = choose(exchange, reached, kMany, 0.01);
@@ -552,7 +552,7 @@ TEST_CASE("rays gathered to choose a method are gone on with") {
     gather_for({&species, 1}, exchange, needed);
     CHECK(exchange.has_importance());
     CHECK(static_cast<double>(exchange.rays()) == about(needed));
-    // As many as it takes, a tenth more.
+    // The rays are as many as the target takes, and a tenth more.
     const double left = solve_flux(exchange, species).relative_error;
     CAPTURE(left);
     CHECK(left < 0.01);

@@ -10,7 +10,7 @@
 #include "tests/flux/traces.hpp"
 #include "tests/flux/truth.hpp"
 
-// Surfaces as marching cubes extracts them, raw and simplified, placed in several ways, against exact fluxes.
+// Surfaces extracted by marching cubes, raw and simplified, placed in several ways, against exact fluxes.
 
 using namespace sidewall;
 using namespace sidewall::flux;
@@ -25,11 +25,11 @@ TriangleMesh raw_hole(int depth) {
     return extract({-18, -20}, {38, 37}, -16 * depth - 3, 2, kCell, sharp_hole(depth, kCell));
 }
 
-// Raw, or with at most 0.6 of its vertices.
+// The raw mesh, or a simplified one with less than 0.7 of its vertices.
 TriangleMesh simplified(const TriangleMesh& raw, simplify::Method method) {
     if (method == simplify::Method::none) return raw;
     const Box3 bounds = bounding_box(raw);
-    std::vector<std::uint8_t> fixed;  // periodic sides must go on matching
+    std::vector<std::uint8_t> fixed;  // on the sides, because periodic sides must match
     for (const Vec3& p : raw.vertices)
         fixed.push_back((p.array() == bounds.min.array()).head<2>().any() ||
                         (p.array() == bounds.max.array()).head<2>().any());
@@ -131,7 +131,7 @@ TEST_CASE(
             const double r = placed.back(c).head<2>().norm();
             groups[r < 0.4 ? 0 : r < 0.7 ? 1 : 2].push_back(t);
         }
-        // The facets' own circle, of the same area.
+        // The circle with the area of the faceted hole.
         const double area = box.area() - plate, radius = std::sqrt(area / 3.14159265358979);
         CAPTURE(simplify::to_string(method), length, placed.how, radius);
         CHECK(std::abs(radius - 1.0) < 0.002);

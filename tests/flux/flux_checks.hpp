@@ -8,15 +8,15 @@
 
 #include "tests/flux/traces.hpp"
 
-// How tests compare traced fluxes with exact ones: means over groups of triangles with honest errors, and
-// integrals of an exact flux over the same triangles.
+// Means of traced fluxes over groups of triangles, with standard errors from independent traces, and
+// integrals of exact fluxes over the same triangles, to compare the two.
 namespace sidewall::flux {
 
 using Groups = std::vector<std::vector<std::size_t>>;  // of triangles
 
-/// Mean flux of every species, traced together, on every group over independent traces of \p rays together,
-/// other ones for another \p stream. The standard error is the scatter of the traces: it holds whatever the
-/// correlation between triangles.
+/// Mean flux of every species, traced together, on every group, over independent traces of \p rays in all;
+/// another \p stream has other random numbers. The standard error is the scatter of the traces: it holds
+/// whatever the correlation between triangles.
 std::vector<std::vector<Mean>> over_seeds(const TriangleMesh& mesh, std::array<Boundary, 2> boundary,
                                           std::span<const Species> species, std::uint64_t rays,
                                           std::uint32_t stream, const Groups& groups,
@@ -36,8 +36,8 @@ double mean_over_triangle(const TriangleMesh& mesh, std::size_t t,
 double mean_over(const TriangleMesh& mesh, const std::vector<std::size_t>& group,
                  const std::function<double(const Vec3&)>& f);
 
-/// Checks of many means against exact values. Each must be within 0.5 %; of 3 standard errors, chance lets 1
-/// in 250 fall short (Student's t of 63 degrees of freedom), which verdict() allows for.
+/// Checks many means against exact values. Each must be within 0.5 %. By chance 1 in 250 lies beyond 3
+/// standard errors (Student's t of 63 degrees of freedom), which verdict() allows for.
 class Comparison {
   public:
     void check(const Mean& mean, double truth);

@@ -69,7 +69,7 @@ Hole round_hole(double radius, double depth, double half_side, std::size_t facet
             hole.mesh.vertices.emplace_back(r * equal_area * std::cos(i * angle),
                                             r * equal_area * std::sin(i * angle), z);
     };
-    for (std::uint32_t i = 0; i < n; ++i) {  // the square, met radially; exact on its sides
+    for (std::uint32_t i = 0; i < n; ++i) {  // where radii meet the square, exactly on its sides
         const double c = std::cos(i * angle), s = std::sin(i * angle);
         const bool on_x = std::abs(c) >= std::abs(s) - 1e-12, on_y = std::abs(s) >= std::abs(c) - 1e-12;
         const double scale = half_side / std::max(std::abs(c), std::abs(s));

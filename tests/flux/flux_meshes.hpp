@@ -23,8 +23,8 @@ using Profile = std::vector<std::pair<double, double>>;  // (x, z) from left to 
 TriangleMesh height_field(std::size_t nx, std::size_t ny, double x, double y,
                           const std::function<double(std::size_t, std::size_t)>& height);
 
-/// A profile extruded along y from 0 to \p length in \p rows. Segment s of the profile is the 2 \p rows
-/// triangles from 2 rows s on.
+/// A profile extruded along y from 0 to \p length in \p rows. Segment s of the profile becomes the 2 \p rows
+/// triangles from number 2 \p rows s on.
 TriangleMesh extrude(const Profile& profile, double length, std::size_t rows = 1);
 
 /// The mesh turned by 90 degrees about z, so that a trench along y lies along x.

@@ -22,8 +22,8 @@ Species in_gas(double mean_free_path, double sticking = 1.0) {
     return species;
 }
 
-// A floor of the given width, one below the source, whose ends are walls in the planes of the sides. From the
-// ends it is far: what its middle receives is a slab's.
+// A floor \p depth below the source with walls at both ends, in the planes of the sides. The ends are so far
+// away that the middle receives what an infinite slab transmits.
 TriangleMesh basin(double width, double depth = 1.0) {
     return extrude({{0.0, 0.0},
                     {0.0, -depth},
@@ -45,7 +45,7 @@ TEST_CASE("a collimated beam's uncollided part falls as exp(-depth / mean free p
                                 std::array{Boundary::periodic, Boundary::periodic},
                                 std::array{Boundary::open, Boundary::open});
     const auto mesh = basin(20.0, 1.5);
-    // 1 within 0.3 degrees of the normal, where the whole beam is and one in 1e5 of the collided.
+    // This yield is 1 within 0.3 degrees of the normal: it counts the whole beam and 1e-5 of the collided.
     Species beam{"beam", 1e6, {1.0}};
     Yield straight{"straight", Angular::table, 0.0, {1.0}, std::vector<double>(1801, 0.0)};
     std::fill_n(straight.coefficient.begin(), 7, 1.0);
@@ -79,7 +79,7 @@ TEST_CASE("a slab of gas transmits what the equation of transfer says, up to man
         check_balance(result);
         const double share = middle_of(mesh, result).flux, exact = slab.transmission;
         CAPTURE(slab.thickness, share, exact);
-        // Of the 50,000 particles that start over the middle.
+        // 4.5 standard errors, for the 50,000 particles that start over the middle.
         CHECK(std::abs(share - exact) < 4.5 * std::sqrt(exact * (1.0 - exact) / 50'000));
     }
 }
@@ -94,7 +94,7 @@ TEST_CASE("a closed equilibrium with the gas: nothing absorbed means flux 1 ever
     double worst = 0.0;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
         worst = std::max(worst, std::abs(result.triangle.flux[t] - 1.0) / result.triangle.error[t]);
-    CHECK(worst < 5.0);  // of 40 values of Student's t in 4 configurations
+    CHECK(worst < 5.0);  // for 40 values of Student's t in 4 configurations
     CHECK(std::abs(mean_flux(mesh, result, [](std::size_t) { return true; }).flux - 1.0) < 0.02);
 }
 
@@ -115,7 +115,7 @@ TEST_CASE("species in the same gas share paths, and have the fluxes they have al
             CHECK(std::abs(alone.triangle.flux[t] - together[k].triangle.flux[t]) < 5.0 * error);
         }
     }
-    // The floor: the shorter the path, the less arrives.
+    // On the floor, less arrives the shorter the mean free path.
     const auto floor = [&](std::size_t k) {
         return mean_flux(mesh, together[k], [](std::size_t t) { return t >= 6 && t < 10; }).flux;
     };

@@ -16,7 +16,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-// All but parallel: an angular spread of 1e-3.
+// An almost parallel beam, of angular spread 1e-3.
 Species parallel_beam(double tilt, double azimuth = 0.0) {
     Species beam{"beam", 1e6, {1.0}};
     beam.beam = Vec3(std::sin(tilt) * std::cos(azimuth), std::sin(tilt) * std::sin(azimuth), -std::cos(tilt));
@@ -95,7 +95,7 @@ TEST_CASE("a beam's flux on a slope goes with the cosine of the incidence, which
     SECTION("across the groove") {
         const auto result = trace(mesh, kPeriodic, parallel_beam(tilt), {.rays = 400'000});
         check_balance(result);
-        // Wall 0 falls to the right, away from a beam that flies right.
+        // Wall 0 slopes down to the right, the way the beam flies; wall 1 faces the beam.
         for (const auto& [segment, angle] : {std::pair(0u, slope + tilt), {1u, slope - tilt}}) {
             const Mean wall = mean_flux(mesh, result, [&](std::size_t t) { return t / 2 == segment; });
             CHECK(wall.flux == Approx(std::cos(angle) / std::cos(tilt)).epsilon(0.01));
@@ -215,7 +215,7 @@ TEST_CASE("yields count by material") {
 }
 
 TEST_CASE("an ion keeps the energy that Belen's law says, and stops below its least") {
-    // Every ion is mirrored to the opposite wall, once, so its second hit carries the reflected energy.
+    // Every ion is reflected once, to the opposite wall: its second hit carries the reflected energy.
     Species ions = parallel_beam(0.0);
     ions.sticking = {0.0};
     ions.energy = {100.0, 0.0};
@@ -263,7 +263,7 @@ TEST_CASE("ions are reflected with a probability that rises linearly with the in
     CHECK(reflection_probability(ions.reflection, 75.0 * kDegree) == Approx(0.25));
     CHECK(reflection_probability(ions.reflection, 90.0 * kDegree) == Approx(1.0));
     CHECK(reflection_probability(Reflection{}, 0.0) == 1.0);
-    // In the trace: an isolated slope of 80 degrees, 0.5 of whose ions go on.
+    // In a trace: walls at 75 degrees reflect 0.25 of the ions.
     Species beam = parallel_beam(0.0);
     beam.sticking = {0.0};
     beam.reflection = ions.reflection;
@@ -271,8 +271,7 @@ TEST_CASE("ions are reflected with a probability that rises linearly with the in
     const auto mesh = v_groove(75.0 * kDegree);
     const auto result = trace(mesh, kPeriodic, beam, {.rays = 200'000});
     check_balance(result);
-    // The ledger books what the first hit absorbs, 0.75; reflected ions meet the other wall steeply, where
-    // nearly all stay.
+    // The first hit absorbs 0.75. Reflected ions meet the other wall steeply, where nearly all stay.
     CHECK(result.arrivals > result.emitted);
     CHECK(static_cast<double>(result.arrivals) / static_cast<double>(result.emitted) ==
           Approx(1.25).margin(0.03));
@@ -280,7 +279,7 @@ TEST_CASE("ions are reflected with a probability that rises linearly with the in
 
 namespace {
 
-// Angles from a coned cosine of half-angle alpha, one a call, follow its density: chi squared over 20 bins.
+// Chi-square test, over 20 bins, of angles against the density of a coned cosine of half-angle \p alpha.
 void check_cone(double alpha, std::uint32_t samples, const std::function<double(std::uint32_t)>& angle) {
     constexpr int kBins = 20;
     const auto density = [&](double psi) { return std::cos(0.5 * kPi * psi / alpha) * std::sin(psi); };
@@ -348,7 +347,7 @@ TEST_CASE("what a hit sputters along the mirrored direction crosses the groove, 
     CHECK(mean_of(mesh, result.others[0]) == Approx(0.8 * cosine * cosine).epsilon(0.002));
     CHECK(static_cast<double>(result.redeposited.emitted) ==
           Approx(0.8 * cosine * static_cast<double>(result.ledger.emitted)).epsilon(1e-4));
-    // But for what the beam's spread of 1e-3 lifts over the rim.
+    // Only the beam's spread of 1e-3 lifts some over the rim.
     CHECK(static_cast<double>(result.redeposited.escaped) <
           2e-3 * static_cast<double>(result.redeposited.emitted));
 }
@@ -368,7 +367,7 @@ TEST_CASE("what a trench's floor sputters diffusely arrives as exact view factor
     constexpr double kDepth = 1.5, kYield = 0.7;
     const double sticking = GENERATE(1.0, 0.4);
     const TrenchFlux exact = trench_flux(kDepth, sticking, 200, 100, Emitter::floor);
-    // Wall element at height h over a floor of width 1: (1 - h / sqrt(h^2 + 1)) / 2.
+    // View factor of a wall element at height h over a floor of width 1: (1 - h / sqrt(h^2 + 1)) / 2.
     if (sticking == 1.0)
         CHECK(exact.wall_mean ==
               Approx(0.5 * (kDepth - std::sqrt(kDepth * kDepth + 1.0) + 1.0) / kDepth).epsilon(1e-6));
@@ -394,8 +393,8 @@ TEST_CASE("what a trench's floor sputters diffusely arrives as exact view factor
             sums[1] += value * value / kSeeds;
         }
     }
-    // The beam's spread of 1e-3 takes 1e-3 of it from the floor to the foot of the walls, which send half of
-    // theirs back down.
+    // The beam's spread takes 1e-3 of it from the floor to the foot of the walls, which send half of what
+    // they sputter back down.
     constexpr double kSpread = 2e-3;
     for (const auto& [sums, truth] :
          {std::pair(wall, kYield * exact.wall_mean), {floor, kYield * exact.floor_mean}}) {
@@ -436,7 +435,7 @@ TEST_CASE(
     const FluxResult half = to(0.5 * told), tenth = to(0.1 * told);
     CHECK(half.redeposition_error <= 0.5 * told);
     CHECK(tenth.redeposition_error <= 0.1 * told);
-    CHECK(tenth.relative_error < 0.1 * told);  // arrivals had reached it earlier
+    CHECK(tenth.relative_error < 0.1 * told);  // the arrivals reached it earlier
     CHECK(tenth.emitted > 200'000);
     CHECK(tenth.emitted < 800'000);
     CHECK(trace(mesh, kPeriodic, parallel_beam(0.0), {.rays = 4000}).redeposition_error == 0.0);
@@ -466,7 +465,7 @@ TEST_CASE("sticking by coverage: a probability by wedge takes the place of the m
     const auto by_wedge = trace_flux(mesh, scene, box, {"n", 1.0, {1.0}}, {}, wedges,
                                      {.rays = 100'000, .sticking_by_wedge = uniform});
     CHECK(by_wedge.triangle.flux == by_material.triangle.flux);
-    // A floor that sticks fully below walls that never do is Clausing's case in two dimensions.
+    // A floor that absorbs all below walls that absorb nothing is Clausing's case in two dimensions.
     std::vector<double> floor(wedges.count(), 0.0);
     std::vector<std::int32_t> materials(mesh.triangles.size(), 0);
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)

@@ -59,7 +59,7 @@ TEST_CASE("surfaces that do not end on a rectangle are refused, with the place a
     std::swap(mesh.triangles[10][1], mesh.triangles[10][2]);
     refused(mesh, kPeriodic, "inconsistently oriented");
     mesh = plane();
-    mesh.vertices[2].y() -= 1e-3;  // on the side y = 0 before
+    mesh.vertices[2].y() -= 1e-3;  // it was on the side y = 0
     refused(mesh, kReflective, "not on a side");
     mesh = plane();
     mesh.triangles.pop_back();  // at a corner: the diagonal is in no side plane

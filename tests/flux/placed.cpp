@@ -31,7 +31,7 @@ TriangleMesh wrapped(const TriangleMesh& mesh, int axis, double plane) {
     std::vector<Vec3> points = mesh.vertices;
     for (Vec3& p : points)
         if (std::abs(p[axis] - plane) < kNear) p[axis] = plane;
-    std::map<std::pair<std::uint32_t, std::uint32_t>, Vec3> cuts;  // of edges, the same from both triangles
+    std::map<std::pair<std::uint32_t, std::uint32_t>, Vec3> cuts;  // by edge, the same for both triangles
     const auto cut = [&](std::uint32_t a, std::uint32_t b) {
         const auto edge = std::minmax(a, b);
         const auto [found, made] = cuts.try_emplace({edge.first, edge.second});
@@ -57,14 +57,14 @@ TriangleMesh wrapped(const TriangleMesh& mesh, int axis, double plane) {
             const auto first = static_cast<std::uint32_t>(result.vertices.size());
             for (Vec3 p : polygon) {
                 if (side < 0.0) p[axis] = p[axis] == low ? high : p[axis] + period;
-                // Opposite sides match to the last bits only.
+                // Rounds away the last bits, in which opposite sides may differ.
                 for (int k = 0; k < 3; ++k) p[k] = std::round(p[k] * 0x1p28) * 0x1p-28;
                 result.vertices.push_back(p);
             }
             for (std::uint32_t k = 1; k + 1 < polygon.size(); ++k)
                 result.triangles.push_back({first, first + k, first + k + 1});
         }
-    surface::repair(result);  // welds
+    surface::repair(result);  // welds equal vertices
     return result;
 }
 

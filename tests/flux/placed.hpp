@@ -3,10 +3,10 @@
 
 #include "surface/triangle_mesh.hpp"
 
-// The same surface placed otherwise.
+// A surface mirrored, turned or shifted.
 namespace sidewall::flux {
 
-/// A surface placed otherwise, and the way back: from a point on it to the point of the original.
+/// A transformed surface; `back` maps a point on it to the point of the original.
 struct Placed {
     const char* how;
     TriangleMesh mesh;
@@ -21,8 +21,8 @@ Placed placed_turned(const TriangleMesh& mesh);
 /// split; attributes are lost.
 TriangleMesh wrapped(const TriangleMesh& mesh, int axis, double plane);
 
-/// The periodic domain shifted along both axes, its sides anywhere on the surface. \p back is exact within
-/// half a period of \p centre, a point of the original.
+/// A periodic surface with its sides moved to x = \p plane_x and y = \p plane_y. `back` is exact within half
+/// a period of \p centre, a point of the original.
 Placed placed_shifted(const TriangleMesh& mesh, double plane_x, double plane_y, const Vec3& centre);
 
 }  // namespace sidewall::flux

@@ -7,7 +7,7 @@
 #include "tests/flux/traces.hpp"
 #include "tests/flux/trench_table.hpp"
 
-// Profiles: surfaces with one triangle from side to side, periodic along y, as of infinite trenches.
+// Profiles: surfaces of infinite trenches, one triangle wide from side to side and periodic along y.
 using namespace sidewall;
 using namespace sidewall::flux;
 
@@ -22,7 +22,7 @@ TEST_CASE("the width of a profile's surface changes neither its fluxes nor what 
     CHECK(a.leaked == 0);
     CHECK(b.leaked == 0);
     CHECK(a.absorbed + a.escaped == a.emitted);
-    // The same random numbers make the same paths in x and z, but for rounding that grows from hit to hit.
+    // The same random numbers give the same paths in x and z, but for rounding that grows from hit to hit.
     CHECK(static_cast<double>(a.segments) == Approx(static_cast<double>(b.segments)).epsilon(0.01));
     for (std::size_t t = 0; t < narrow.triangles.size(); ++t) {
         CAPTURE(sticking, t);
@@ -71,7 +71,7 @@ TEST_CASE("the mean fluxes on a profile are those of exact radiosity") {
                 return std::find(group.begin(), group.end(), t) != group.end();
             });
             CAPTURE(sticking, row.where, row.flux, mean.flux, mean.error);
-            // A particle that is re-emitted comes several times: triangles are not independent.
+            // Re-emitted particles arrive several times, so that triangles are correlated.
             CHECK(std::abs(mean.flux - row.flux) < 4.0 * mean.error * (sticking < 1.0 ? 3.0 : 1.0));
             CHECK(std::abs(mean.flux - row.flux) < 0.01 * row.flux);
         }

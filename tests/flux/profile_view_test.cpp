@@ -14,7 +14,7 @@ using namespace sidewall::flux;
 
 namespace {
 
-// A view of a mesh, summed over parts of the profile.
+// The view of a profile's mesh, summed over parts of the profile.
 struct Viewed {
     const TriangleMesh& mesh;
     surface::RayScene scene{mesh};
@@ -29,7 +29,7 @@ struct Viewed {
         view = view_profile(geometry, profile, exponents, {});
         CHECK(view.leaked == 0);
     }
-    // 1 for the unknowns of triangles whose centroid is one of these. Every part ends at creases.
+    // 1 for the unknowns of triangles whose centroid is chosen, else 0. Parts must end at creases.
     Eigen::VectorXd of(const std::function<bool(const Vec3&)>& where) const {
         Eigen::VectorXd flags = Eigen::VectorXd::Zero(view.exchange.rows());
         for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
@@ -55,7 +55,7 @@ std::vector<double> cuts(int parts) {
     return at;
 }
 
-// A line with every piece cut into so many parts.
+// A profile with every segment cut into so many parts.
 Profile fine(const Profile& line, int parts) {
     Profile cut{line.front()};
     for (std::size_t i = 0; i + 1 < line.size(); ++i)
@@ -90,7 +90,7 @@ TEST_CASE(
 }
 
 TEST_CASE("what hides the sky from the floor of a cavity leaves what crossed strings through its mouth say") {
-    // Lips with knife edges at the mouth, which is a quarter of the floor.
+    // The mouth, between lips with knife edges, is a quarter of the floor wide.
     const Profile profile = fine({{-1.5, 0.0},
                                   {-0.25, 0.0},
                                   {-1.0, -0.5},
@@ -137,7 +137,7 @@ TEST_CASE("a slope of 30 degrees gets the cosine of 30 degrees of a source, howe
     const Eigen::VectorXd all = Eigen::VectorXd::Ones(seen.view.exchange.rows());
     for (std::size_t k = 0; k < exponents.size(); ++k) {
         CAPTURE(exponents[k]);
-        // Gauss' rule of two points between angles a standard deviation of the source apart.
+        // Two-point Gauss quadrature between angles that are a standard deviation of the source apart.
         CHECK(seen.sky(all, seen.view.direct[k]) ==
               Approx(std::cos(kPi / 6.0)).epsilon(k == 0 ? 2e-3 : 1e-4));
     }
@@ -190,8 +190,7 @@ TEST_CASE("facets whose two triangles are of two materials are no profile's, and
 
 TEST_CASE(
     "a floor under a plate with slots is seen past many images of either side, and shines through none") {
-    // The plate floats half its slots' width above the floor: far down each direction the floor and the plate
-    // face each other.
+    // The plate floats 0.2 above the floor. In flat directions the two face each other over many images.
     const auto box = [](double x0, double x1, double z0, double z1) {
         return Profile{{x0, z0}, {x0, z1}, {x1, z1}, {x1, z0}, {x0, z0}};
     };
@@ -200,7 +199,7 @@ TEST_CASE(
     const auto offset = static_cast<std::uint32_t>(mesh.vertices.size());
     mesh.vertices.insert(mesh.vertices.end(), plate.vertices.begin(), plate.vertices.end());
     for (auto triangle : plate.triangles) {
-        for (std::uint32_t& v : triangle)  // the line's end is its beginning
+        for (std::uint32_t& v : triangle)  // the outline ends where it begins
             v = offset + static_cast<std::uint32_t>(std::ranges::find(plate.vertices, plate.vertices[v]) -
                                                     plate.vertices.begin());
         mesh.triangles.push_back(triangle);
@@ -221,7 +220,7 @@ TEST_CASE(
             error += triangle_area(mesh, t) * paths.triangle.error[t];
         }
         CAPTURE(viewed, traced, error);
-        // Errors of triangles add up at most; linear elements leave the rest.
+        // The triangles' errors add up at most; the rest is for linear elements.
         CHECK(std::abs(viewed - traced) < error + 0.003 * traced);
     }
 }

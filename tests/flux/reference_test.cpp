@@ -48,7 +48,7 @@ TEST_CASE("the trench quadrature that tests integrate agrees with the radiosity 
                         ? exact_mean(exact, row)
                         : at_position(row.where == "wall" ? exact.wall : exact.floor, row.position);
                 CAPTURE(aspect, sticking, row.where, row.position, row.flux, value);
-                CHECK(std::abs(value - row.flux) < 5.1e-6 + 2e-4 * row.flux);  // digits printed; strips
+                CHECK(std::abs(value - row.flux) < 5.1e-6 + 2e-4 * row.flux);  // table's digits; strips
             }
         }
 }
@@ -77,7 +77,7 @@ TEST_CASE("flux in an infinite trench agrees with exact radiosity on every wall 
                     chosen.push_back(row);
                     groups.push_back(triangles_of(mesh, row));
                 }
-            // Least flux: at the foot of the walls.
+            // Enough rays for the least flux, at the foot of the walls.
             const double rays = sticking == 1.0 ? 5e6 * c.aspect : sticking == 0.5 ? 1.2e7 : 5e6;
             const auto means =
                 over_seeds(c.along_x ? turned(mesh) : mesh, c.boundary, {"test", 1.0, {sticking}},
@@ -103,8 +103,8 @@ TEST_CASE("a cylinder transmits what Clausing computed") {
     const Mean floor = mean_flux(hole.mesh, result, [&](std::size_t t) { return hole.materials[t] >= 2; });
     CAPTURE(length, floor.flux, floor.error);
     CHECK(std::abs(floor.flux - transmission) < 0.01 * transmission);
-    // Sharper: a polygon of n sides has the circle's area but a perimeter longer by (pi / n)^2 / 6 = 4e-4,
-    // which acts like a cylinder longer by as much; the transmission changes by less than that.
+    // A sharper bound: a polygon of n sides has the circle's area but a perimeter longer by (pi / n)^2 / 6 =
+    // 4e-4, which acts like a cylinder longer by as much; the transmission changes by less than that.
     CHECK(std::abs(floor.flux - transmission) < 3.5 * floor.error + 5e-4 * transmission);
 }
 

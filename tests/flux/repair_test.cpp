@@ -61,7 +61,7 @@ TEST_CASE("loose triangles whose corners rounding put apart are merged, and othe
     for (const auto& sound : {good_trench(), octahedron()})
         for (const double noise : {1e-9, 1e-6}) {
             auto mesh = soup(sound);
-            std::uint32_t corner = 0;  // each axis's share of the noise is a different one
+            std::uint32_t corner = 0;  // makes the noise differ by corner and axis
             for (Vec3& p : mesh.vertices)
                 for (int k = 0; k < 3; ++k) p[k] += noise * (0.1 * ((7 * ++corner) % 11) - 0.5);
             const std::size_t loose = mesh.vertices.size();
@@ -72,24 +72,24 @@ TEST_CASE("loose triangles whose corners rounding put apart are merged, and othe
             CHECK(enclosed_volume(mesh) == Approx(enclosed_volume(sound)).margin(50 * noise));
             CHECK_THAT(surface::repair_summary(repairs), Contains("vertices less than"));
         }
-    // What is closed is not merged, however fine: a needle's tip of 1e-7.
+    // Closed meshes are not merged, however fine: this needle's tip is 1e-7 wide.
     auto needle = octahedron();
     for (std::size_t v = 0; v < 4; ++v) needle.vertices[v] *= 1e-7;
     CHECK(repair(needle).nearby == 0);
     CHECK(needle.vertices.size() == 6);
-    // As loose triangles it keeps all of its faces, too.
+    // The needle keeps all of its faces as loose triangles, too.
     auto tip = soup(needle);
     repair(tip);
     CHECK(tip.triangles.size() == 8);
     CHECK(enclosed_volume(tip) == Approx(enclosed_volume(needle)));
-    // Nor are strips a micron wide that lie a metre apart, whose sides are open.
+    // Open strips 1e-6 wide and 1 apart are not merged either.
     std::vector<TriangleMesh> strips;
     for (const double x : {0.0, 1.0})
         strips.push_back(extrude({{x, 0.0}, {x + 1e-6, 0.0}, {x + 2e-6, 0.0}, {x + 3e-6, 0.0}}, 1e-6, 1));
     auto apart_by_far = test::joined(strips);
     CHECK(repair(apart_by_far).nearby == 0);
     CHECK(apart_by_far.triangles.size() == 12);
-    // A gap of a thousandth is one.
+    // A gap of a thousandth of the size stays.
     auto apart = soup(octahedron());
     for (std::size_t v = 0; v < 3; ++v) apart.vertices[v].z() += 2e-3;
     CHECK(repair(apart, {.face_gas = false}).nearby == 0);
@@ -98,7 +98,7 @@ TEST_CASE("loose triangles whose corners rounding put apart are merged, and othe
 TEST_CASE("a floating body inside out is turned over, but a buried cavity, which nobody sees, stays") {
     auto mesh = extrude({{-2.0, 0.0}, {2.0, 0.0}}, 4.0, 5);
     const std::size_t ground = mesh.triangles.size();
-    for (const double z : {3.0, -3.0}) {  // above, where it is wrong, and below, where it is right
+    for (const double z : {3.0, -3.0}) {  // inside out: wrong above, right for a cavity
         const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
         for (const Vec3& p : octahedron().vertices) mesh.vertices.push_back(p + Vec3(0.0, 2.0, z));
         for (const auto& [a, b, c] : octahedron().triangles)

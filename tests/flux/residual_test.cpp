@@ -12,7 +12,7 @@ using namespace sidewall::flux;
 namespace {
 
 constexpr double kTubeDepth = 4.0;
-constexpr std::size_t kParts = 8;  // of a triangle's edge, each way
+constexpr std::size_t kParts = 8;  // into which each edge of a triangle is cut
 
 std::vector<double> equal_cuts(std::size_t parts) {
     std::vector<double> cuts;
@@ -65,8 +65,8 @@ double true_element_error(const Cavity& cavity, const std::vector<double>& flux,
 
 TEST_CASE("what linear elements are off by is told as it is, and falls with the square of their size",
           "[slow]") {
-    // Truth has means over seeds in it, whose noise is far below what elements of a quarter of the depth are
-    // off by.
+    // The true error is that of means over seeds, whose noise is far below the error of elements a quarter of
+    // the depth long.
     const auto [sticking, sides] = GENERATE(
         table<double, std::array<Boundary, 2>>({{1.0, kReflective}, {0.2, kReflective}, {0.2, kProfile}}));
     const TrenchFlux exact = trench_flux(kTubeDepth, sticking, 800, 200);
@@ -94,8 +94,8 @@ TEST_CASE("what linear elements are off by is told as it is, and falls with the 
         const double truth = true_element_error(cavity, mean, exact);
         const double scatter = std::sqrt(std::max(0.0, squares - told * told) / (kSeeds - 1));
         CAPTURE(sticking, sides == kProfile, cells, told, scatter, truth);
-        // Four seeds: 5.8 standard errors leave 1 in 100. The flux is taken for a quadratic over a triangle,
-        // which leaves the next order in its size.
+        // Student's t of four seeds exceeds 5.8 in 1 of 100. The estimate takes the flux for a quadratic over
+        // a triangle, which leaves out the next order in its size.
         CHECK(std::abs(told - truth) < 5.8 * scatter + 0.15 * truth);
         if (cells > 2) CHECK(told < 0.5 * coarser);
         coarser = told;
@@ -123,8 +123,8 @@ TEST_CASE("a relative error asked for is met against the exact flux, elements in
         measured += true_element_error(cavity, flux.wedge.flux, exact) / kSeeds;
     }
     CHECK(measured < 0.035);
-    // No rays make elements of a quarter of the depth exact to 0.5 %: it says so, and its rays are as good as
-    // asked for.
+    // No number of rays makes elements of a quarter of the depth exact to 0.5 %. The result says so, and its
+    // statistical error meets the target.
     const RadiosityFlux close = solved(0.005, 1, false);
     CHECK(close.statistical_error <= 0.005);
     CHECK(close.relative_error > 0.015);
@@ -151,7 +151,7 @@ TEST_CASE("what elements are off by where sticking varies over them is told as i
         const auto [told, truth] = told_and_true(0.1, most);
         const auto [even, noise] = told_and_true(0.5 * (0.1 + most), 0.5 * (0.1 + most));
         CAPTURE(most, told, truth, even, noise);
-        // Noise adds to the truth, and is what an even sticking shows.
+        // The measured truth includes noise, whose size an even sticking shows.
         CHECK(std::abs(told - truth) < noise + 0.1 * truth);
         CHECK(even < 0.1 * told);
     }

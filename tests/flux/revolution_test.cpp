@@ -18,7 +18,7 @@ using namespace sidewall::flux;
 
 namespace {
 
-// A hole of radius 1 and a depth in a flat top out to 2.
+// A hole of radius 1 and the given depth in a flat top of radius 2.
 Curve hole(double depth) {
     return {{0.0, -depth}, {1.0, -depth}, {1.0, 0.0}, {2.0, 0.0}};
 }
@@ -38,7 +38,7 @@ double mean_at(const Revolved& body, const FluxResult& result, double z) {
     return sum / area;
 }
 
-// Compares radiosity on some cells a radius with the rows of the exact table, of the floor the mean.
+// Compares radiosity at \p cells cells a radius with the rows of the exact table; for the floor its mean.
 void check_rows(std::initializer_list<double> aspects, std::initializer_list<double> stickings, double cells,
                 std::size_t rays_of_unknown) {
     for (const double aspect : aspects) {
@@ -78,7 +78,7 @@ void check_rows(std::initializer_list<double> aspects, std::initializer_list<dou
 TEST_CASE("a sector has the areas of the revolution, and its rings one wedge each") {
     const Revolved body({{0.0, -1.0}, {1.0, -1.0}, {1.0, 0.0}, {1.5, 0.5}, {3.0, 0.5}}, 0.1);
     const double exact = kPi * (1.0 + 2.0 + 2.5 * std::sqrt(0.5) + 9.0 - 2.25);
-    CHECK(sector_area(body) == Approx(exact).epsilon(1e-5));  // what the axis is wide
+    CHECK(sector_area(body) == Approx(exact).epsilon(1e-5));  // less a small width at the axis
     double wedges = 0.0;
     for (std::size_t w = 0; w < body.wedges.count(); ++w) wedges += body.wedges.area[w];
     CHECK(wedges == Approx(total_area(body.mesh)));
@@ -92,11 +92,10 @@ TEST_CASE("a ray meets cones, cylinders and annuli where a search along it does"
     const Curve curve{{0.0, -2.0}, {0.7, -2.0}, {1.0, -0.5}, {0.6, 0.3}, {1.4, 0.6}, {1.4, 0.1}, {2.0, 0.4}};
     const Revolved body(curve, 0.05);
     const Revolution revolution(body.mesh);
-    // Height of the point over each part of the curve would be ambiguous: the sign of the winding decides
-    // inside.
+    // The curve overhangs: the parity of its crossings above the point decides inside.
     const auto inside = [&](const Vec3& p) {
         const double r = std::hypot(p.x(), p.y());
-        int below = 0;  // crossings of the curve on the way up
+        int below = 0;  // crossings of the curve above the point
         for (std::size_t k = 1; k < curve.size(); ++k) {
             const auto [r0, z0] = curve[k - 1];
             const auto [r1, z1] = curve[k];
@@ -154,12 +153,12 @@ TEST_CASE("a round hole transmits what Clausing computed, without a leak") {
 TEST_CASE("what starts in a hollow edge, behind a face by the rounding of its start, arrives there") {
     const Revolved body(hole(1.0), 0.1);
     const Geometry geometry = make_geometry(body.mesh, body.scene, body.box);
-    const Vec3 start(1.0, 0.0, -1.0 - 1e-8);  // off the wall's foot, downwards
+    const Vec3 start(1.0, 0.0, -1.0 - 1e-8);  // below the wall's foot, by rounding
     const RoundFlight flight = fly_round(geometry, start, Vec3(-0.6, 0.0, -0.8));
     CHECK(flight.end == FlightEnd::hit);
     CHECK(flight.rescued);
     CHECK(flight.point.isApprox(start, 1e-6));
-    // A start that is clearly below the surface leaks: that is no rounding.
+    // A start clearly below the surface is no rounding error and leaks.
     CHECK(fly_round(geometry, Vec3(0.5, 0.0, -1.1), Vec3(0.0, 0.0, -1.0)).end == FlightEnd::leaked);
 }
 
@@ -182,7 +181,7 @@ TEST_CASE("the floor of a round hole sees the view factor of its opening, at the
 
 TEST_CASE(
     "the innermost rings have no more noise than those farther out, keep what arrives, and are not off") {
-    // Ten cells a radius. Each of the first cells' rings has less than a fifth of the area of those beyond
+    // Ten cells a radius. Each ring of the first cells has less than a fifth of the area of rings beyond
     // three cells.
     const double depth = 1.5;
     const Revolved body(hole(depth), 0.1);
@@ -218,9 +217,9 @@ TEST_CASE(
     };
     for (const Ring& ring : rings) {
         CAPTURE(ring.r, ring.sum / kSeeds, disk_view(depth, ring.r), noise(ring), noise(rings.back()));
-        // The last one lies beyond the parabola and is as it was counted.
+        // The last ring lies beyond the fitted parabola and keeps its tally.
         CHECK(noise(ring) < 1.3 * noise(rings.back()));
-        // The parabola is off by what the view factor has of r^4, the tally by what a hat function sees.
+        // The parabola lacks the view factor's r^4 term; the tally is a mean over hat functions.
         CHECK(ring.sum / kSeeds ==
               Approx(disk_view(depth, ring.r)).epsilon(0.01).margin(3.0 * noise(ring) / 8.0));
     }
@@ -229,7 +228,7 @@ TEST_CASE(
 TEST_CASE("paths to an error past a round profile are as few as it takes, and as good as they say") {
     const double depth = 1.5;
     const Revolved body(hole(depth), 0.1);
-    // Every ring's flux by many rays, and what few are off, over the seeds.
+    // Reference: every ring's flux from many rays. The errors of few rays are summed over the seeds.
     TraceOptions options;
     options.rays = 1'000'000;
     const FluxField exact = trace_flux(body.mesh, body.scene, body.box, {}, {}, body.wedges, options).wedge;
@@ -247,7 +246,7 @@ TEST_CASE("paths to an error past a round profile are as few as it takes, and as
             reported += body.wedges.area[w] * std::pow(result.wedge.error[w], 2);
         }
     }
-    // Two equal discs see each other by this.
+    // View factor of two equal coaxial discs.
     const double x = 2.0 + depth * depth;
     CHECK(floor == Approx(0.5 * (x - std::sqrt(x * x - 4.0))).epsilon(0.01));
     CHECK(std::sqrt(off) == Approx(std::sqrt(reported)).epsilon(0.1));
@@ -272,7 +271,7 @@ TEST_CASE("radiosity between rings gives every row of the exact table, however f
 }
 
 TEST_CASE("radiosity between rings is within 1 % down a hole of aspect 100, by few rays") {
-    // 256 an unknown leave 0.8 % of noise, here as on coarser grids.
+    // 256 rays an unknown leave 0.8 % of noise, here as on coarser grids.
     check_rows({100.0}, {0.01}, 40.0, 256);
 }
 
@@ -301,8 +300,8 @@ TEST_CASE("rings see of the sky what arrives from it, below overhangs, beside pi
                 if (!(body.wedges.area[w] > 0.0)) continue;
                 const double arrives = s.sky->direct.at(exponent)[s.profile.unknown[w]];
                 all += arrives;
-                // At the foot of a pillar the flux rises as the root of the way from it, which Gauss' two
-                // points overestimate by 3 %.
+                // At the foot of a pillar the flux rises as the square root of the distance, which two-point
+                // Gauss quadrature overestimates by 3 %.
                 INFO("wedge " << w << " cos^" << exponent);
                 CHECK(
                     traced.flux[w] ==

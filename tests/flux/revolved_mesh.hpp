@@ -12,9 +12,9 @@ namespace sidewall::flux {
 /// Points r and z of a round profile's curve, from the axis outwards; material lies on its right.
 using Curve = std::vector<std::array<double, 2>>;
 
-/// The revolution of a curve that ends at the mirror around, with every straight part cut into pieces of at most a length.
+/// The revolution of a curve out to the mirror; its straight parts are cut into pieces up to \p longest.
 struct Revolved {
-    TriangleMesh mesh;  // the sector
+    TriangleMesh mesh;  // a thin sector of it
     LateralBox box;
     surface::RayScene scene;
     Wedges wedges;

@@ -26,10 +26,9 @@ double lambertian_density(double cosine) {
     return std::max(0.0, cosine) * std::numbers::inv_pi;
 }
 
-/// A point of the unit square for sample \p i of \p count: sample i is uniform over the i-th of \p count
-/// equal pieces of a Hilbert curve. So all samples together cover the square evenly, and consecutive ones lie
-/// close to each other, which keeps the ray tracer's cache warm. \p u uniform in (0, 1), \p jitter 32 random
-/// bits.
+/// A point of the unit square for sample \p i of \p count, uniform over the i-th of \p count equal pieces of
+/// a Hilbert curve. All samples together thus cover the square evenly, and consecutive ones lie close to each
+/// other, which keeps the ray tracer's cache warm. \p u uniform in (0, 1), \p jitter 32 random bits.
 std::pair<double, double> sample_square(std::uint64_t i, std::uint64_t count, double u,
                                         std::uint32_t jitter) {
     const double along = (static_cast<double>(i) + u) / static_cast<double>(count) * 0x1p32;
@@ -185,7 +184,7 @@ TEST_CASE("stratified points cover the square evenly: 4^k samples put one into e
 }
 
 TEST_CASE("each stratified point is uniform over the square when all strata are drawn") {
-    // 1000 repetitions of 7 strata, which cut the curve at no cell border: chi-square over 8 x 8 cells.
+    // 1000 repetitions of 7 strata, which do not end at borders of cells: chi-square over 8 x 8 cells.
     std::array<double, 64> counts{};
     for (std::uint64_t i = 0; i < 7000; ++i) {
         const Draws d = draw(random_key(5, 0, 0), i, 0);

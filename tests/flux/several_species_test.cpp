@@ -72,7 +72,7 @@ void check_same_tallies(const FluxResult& a, const FluxResult& b) {
     CHECK(a.ledger == b.ledger);
 }
 
-// Numbers gathered seed by seed.
+// Mean over seeds, and its standard error.
 struct Sample {
     double sum = 0.0, squares = 0.0;
     int count = 0;
@@ -118,14 +118,14 @@ TEST_CASE("species traced together have the fluxes and the errors of species tra
     for (std::size_t k = 0; k < species.size(); ++k) {
         CAPTURE(species[k].name, mean[k].mean(), mean[k].error(), spread[k].mean(), spread[k].error());
         CHECK(std::abs(mean[k].mean()) < 4.0 * mean[k].error());
-        // A squared difference in units of its own standard error, from 32 batches each: Student's t of 31 to
-        // 62 degrees of freedom, the more the more equal the two errors are. Elements are correlated, so the
-        // scatter between seeds tells how well their mean is known.
+        // Mean square of differences in units of their standard errors, from 32 batches each: that of
+        // Student's t of 31 to 62 degrees of freedom, more where the two errors are more equal. Elements are
+        // correlated, so the scatter between seeds gives the error of their mean.
         CHECK(spread[k].mean() > 62.0 / 60.0 - 4.0 * spread[k].error());
         CHECK(spread[k].mean() < 31.0 / 29.0 + 4.0 * spread[k].error());
         for (std::size_t i = 0; i < elements; ++i) {
             CAPTURE(i, difference[k][i].mean(), difference[k][i].error());
-            // About 1000 of them; Student's t of 63 degrees of freedom is beyond 5.5 in 1 of a million.
+            // About 1000 elements; Student's t of 63 degrees of freedom is beyond 5.5 in 1 of a million.
             CHECK(std::abs(difference[k][i].mean()) <= 5.5 * difference[k][i].error());
         }
     }
@@ -165,7 +165,7 @@ TEST_CASE("paths are those of the species that sticks least, which has the bits 
     const auto shared = place.together(neutrals({1.0, 0.3, 0.02}), {.rays = 50'000});
     check_same_tallies(shared[2], place.alone({"alone", 1.0, {0.02}}, {.rays = 50'000}));
     CHECK(shared[0].arrivals < shared[1].arrivals);
-    // Its like has them, too.
+    // Both of two equal species have the bits of a trace alone.
     const auto twins = place.together(neutrals({0.3, 0.3}), {.rays = 50'000});
     check_same_tallies(twins[0], twins[1]);
     check_same_tallies(twins[0], place.alone({"alone", 1.0, {0.3}}, {.rays = 50'000}));
@@ -243,7 +243,7 @@ TEST_CASE("tracing several species to a target error goes on until the last is t
     const auto results = to(0.02, species, 10'000'000);
     for (const FluxResult& result : results) {
         CHECK(result.relative_error <= 0.02);
-        CHECK(result.relative_error > 0.005);  // without tracing many times what it takes
+        CHECK(result.relative_error > 0.005);  // not traced many times as long as necessary
         check_ends(result);
     }
     CHECK(results[0].emitted != results[1].emitted);  // the one that reaches it first is traced no further
@@ -258,13 +258,13 @@ TEST_CASE("tracing several species to a target error goes on until the last is t
 TEST_CASE("species traced together stick by wedge, each by its own values") {
     const Place place = trench();
     const std::size_t n = place.wedges.count();
-    // The first sticks alike everywhere, the second the more the deeper.
+    // The first species sticks equally everywhere, the second more with depth.
     std::vector<double> sticking(2 * n, 0.4);
     for (std::size_t c = 0; c < place.wedges.corner.size(); ++c) {
         const double z = place.mesh.vertices[place.mesh.triangles[c / 3][c % 3]].z();
         sticking[n + place.wedges.corner[c]] = 0.1 - 0.4 * z;
     }
-    const auto species = neutrals({0.0, 0.0});  // replaced
+    const auto species = neutrals({0.0, 0.0});  // replaced by sticking_by_wedge
     const std::span<const double> all = sticking;
     std::array<Sample, 2> floor, whole;
     for (std::uint64_t seed = 1; seed <= 100; ++seed) {
@@ -309,7 +309,7 @@ TEST_CASE("only neutrals that differ in nothing but their sticking share paths")
     differs([](Species& s) { s.source_exponent = 2.0; });
     differs([](Species& s) { s.beam = Vec3(0.6, 0.0, -0.8); });
     differs([](Species& s) { s.rotating = true; });
-    // What these do at a hit is not for two of them to share either.
+    // Species with a special behaviour at a hit cannot share paths, even with an equal one.
     for (const Species& own : {differs([](Species& s) {
                                    s.energy = {100.0, 10.0};
                                }),
@@ -339,7 +339,7 @@ TEST_CASE("species that cannot share paths are traced in passes of their own, re
     const auto results = place.together(species, options);
     CHECK(last > 0.95);
     REQUIRE(results.size() == species.size());
-    // Alone in their passes: the bits of their own traces. The first pass is that of its least sticking one.
+    // Species alone in a pass have the bits of a trace alone; in the first pass its least sticking one has.
     for (const std::uint32_t k : {1u, 3u, 6u}) {
         check_same_tallies(results[k], place.alone(species[k], {.rays = 20'000, .species_index = 5 + k}));
         CHECK(results[k].pass_species == 1);

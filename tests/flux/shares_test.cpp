@@ -14,13 +14,13 @@ using namespace sidewall::flux;
 
 namespace {
 
-// Ranks that are threads of this process.
+// Ranks simulated by threads of this process.
 class Team {
   public:
     explicit Team(std::uint32_t ranks)
         : ranks_(ranks), spans_(ranks), barrier_(static_cast<std::ptrdiff_t>(ranks)) {}
 
-    // What every rank's work returns.
+    // Runs \p work(shares) on every rank; returns the results.
     template <class Work>
     auto each(const Work& work) {
         std::vector<decltype(work(Shares{}))> results(ranks_);
@@ -91,7 +91,7 @@ TEST_CASE("ranks that share a trace get the bits of one process, yields and what
     ions.redeposition = Redeposition{{"out", Angular::cosine, 20.0, {0.1}, {}}, Reemission::coned, {0.5}};
     const std::vector<Species> species{{"stick", 1.0, {1.0}}, {"low", 1.0, {0.1}}, ions};
     const double target = GENERATE(0.0, 0.2);
-    // 16 batches, of less than a block and of several.
+    // Rays for 16 batches, of less than a block and of several.
     const std::uint64_t rays = GENERATE(9'000u, 60'000u);
     const bool adjoint = GENERATE(false, true);
     const auto run = [&](const Shares& shares) {
@@ -136,7 +136,7 @@ TEST_CASE("ranks agree on what the first one holds, and on whether all hold the 
 TEST_CASE("a stop that ranks agree on ends the trace on all of them, and leaves none behind") {
     const Trench t;
     const auto ended = Team(2).each([&](const Shares& shares) {
-        int sums = 0;  // after the second of which all are asked to stop
+        int sums = 0;  // after the second one all are asked to stop
         Shares counting = shares;
         counting.sum = [&](std::span<std::uint64_t> values) {
             shares.sum(values);

@@ -54,7 +54,7 @@ TEST_CASE("the noise of few arrivals is taken down, the mean stays") {
     const auto mesh = height_field(20, 20, 1.0, 1.0, [](auto, auto) { return 0.0; });
     const Wedges wedges = make_wedges(mesh);
     const FluxField field = noisy(wedges, 0.3);
-    const auto smooth = smoothed_flux(mesh, wedges, field, 1000);  // 1.25 a triangle
+    const auto smooth = smoothed_flux(mesh, wedges, field, 1000);  // 1.25 arrivals a triangle
     CHECK(deviation(smooth, 1.0) < 0.6 * deviation(field.flux, 1.0));
     const double before = std::accumulate(field.flux.begin(), field.flux.end(), 0.0);
     const double after = std::accumulate(smooth.begin(), smooth.end(), 0.0);
@@ -77,7 +77,7 @@ TEST_CASE("nothing is smeared across a crease") {
     const auto mesh = extrude(trench_profile(1.0, 0.5, {0.5}, {0.5}), 1.0, 4);
     const Wedges wedges = make_wedges(mesh);
     const auto normals = triangle_normals(mesh);
-    // Walls 0.2, level parts 1, noisy throughout.
+    // Flux 0.2 on walls and 1 on level parts, with a large standard error throughout.
     FluxField field{std::vector<double>(wedges.count()), std::vector<double>(wedges.count(), 0.5)};
     std::vector<bool> wall(wedges.count());
     for (std::size_t c = 0; c < wedges.corner.size(); ++c) {
@@ -93,8 +93,8 @@ TEST_CASE("a wedge that no particle has hit takes its neighbours' value as far a
     const Wedges wedges = make_wedges(mesh);
     FluxField field{std::vector<double>(wedges.count(), 1.0), std::vector<double>(wedges.count(), 0.0)};
     field.flux[12] = 0.0;  // in the middle of 32 triangles, on six of them
-    // The mean of the linear flux over its triangles, and the surface's; hits that it would bring, of which
-    // the wedge has a third.
+    // Means of the linear flux over the vertex's triangles and over the surface. The former would bring
+    // `hits` to the wedge, which has a third of them.
     const double mean = 2.0 / 3.0, all = (32.0 - 2.0) / 32.0;
     for (const std::uint64_t arrivals : {60u, 100u, 1'000'000u}) {
         const double hits = static_cast<double>(arrivals) * mean / all * 6.0 / 32.0 / 3.0;
@@ -111,14 +111,14 @@ TEST_CASE("where few arrive a flux moves to the mean of its triangles by sigma^2
     const flux::Wedges wedges = flux::make_wedges(mesh);
     const std::size_t middle = 3 * 7 + 3;  // one wedge a vertex
     flux::FluxField flux = field(wedges.count(), 1.0, 0.0);
-    // In the half shadow around the middle a hundredth arrives: of 4000 hits its triangles have nine, open
-    // ones around a vertex 440.
+    // In the penumbra around the middle a hundredth arrives: of 4000 hits its triangles get nine, those
+    // around an open vertex 440.
     for (std::size_t j = 2; j <= 4; ++j)
         for (std::size_t i = 2; i <= 4; ++i) flux.flux[j * 7 + i] = 0.01;
     flux.flux[middle] = 0.04;
     flux.error[middle] = 0.015;
-    // Six triangles of equal area around it have a mean of (0.04 + 0.01 + 0.01) / 3. Over the 36 squares
-    // eight vertices have lost 0.99 and one 0.96.
+    // The six equal triangles around the middle have a mean of (0.04 + 0.01 + 0.01) / 3. On the 36 squares
+    // eight vertices lack 0.99 and one 0.96.
     const double mean = 0.02, tau = 0.02 * (36.0 - 8.0 * 0.99 - 0.96) / 36.0, variance = 0.015 * 0.015;
     const auto smooth = flux::smoothed_flux(mesh, wedges, flux, 4000);
     CHECK(smooth[middle] == Approx(0.04 + variance / (variance + tau * tau) * (mean - 0.04)).epsilon(1e-12));
@@ -127,7 +127,7 @@ TEST_CASE("where few arrive a flux moves to the mean of its triangles by sigma^2
 
 TEST_CASE(
     "triangles too small to be hit take their surroundings' flux, and large ones that are not stay dark") {
-    // The middle vertex's ring is drawn together to a thousandth of a cell, and nothing hits it.
+    // The ring around the middle vertex is shrunk to a thousandth of a cell, and nothing hits it.
     TriangleMesh mesh = plane(6);
     const Vec3 centre = mesh.vertices[3 * 7 + 3];
     std::vector<std::size_t> tiny;
@@ -143,7 +143,7 @@ TEST_CASE(
     const auto smooth = flux::smoothed_flux(mesh, wedges, flux, 10'000);
     CHECK(smooth[3 * 7 + 3] > 0.4);
 
-    // The same without hits on a plane of full-sized triangles, far more than ten hits each expected.
+    // The same fluxes on full-sized triangles, each of which expects far more than ten hits.
     const TriangleMesh coarse = plane(6);
     const flux::Wedges fans = flux::make_wedges(coarse);
     flux::FluxField dark = field(fans.count(), 1.0, 0.0);

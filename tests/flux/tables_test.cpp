@@ -14,7 +14,7 @@
 #include "tests/flux/trench_table.hpp"
 #include "tests/flux/truth.hpp"
 
-// Radiosity against the tables of exact fluxes, every row of them, on surfaces as a level set gives them,
+// Radiosity compared with every row of the tables of exact fluxes, on surfaces extracted by marching cubes
 // with 10 cells a radius or half a width.
 
 using namespace sidewall;
@@ -22,13 +22,13 @@ using namespace sidewall::flux;
 
 namespace {
 
-// What is asked: 2 %, or 5 % where hardly anything arrives. Marching cubes' rims and linear elements take up
-// to 1.7 % of it; rays are so many that the noise of two gathers' mean seldom takes the rest.
+// The required accuracy: 2 %, or 5 % where hardly anything arrives. Marching cubes' rims and linear elements
+// take up to 1.7 %; the noise of the mean of two gathers seldom takes the rest.
 double tolerance(double exact) {
     return exact < 1e-3 ? 0.05 : 0.02;
 }
 
-// Mean of two gathers' fluxes of the triangles.
+// Mean of two gathers' fluxes on the triangles.
 std::vector<double> mean_flux(const Cavity& cavity, const std::array<Exchange, 2>& exchanges,
                               double sticking) {
     const std::vector<double> everywhere(cavity.wedges.count(), sticking);
@@ -44,7 +44,7 @@ std::array<Exchange, 2> two_gathers(const Cavity& cavity, std::uint64_t rays_of_
     return {cavity.gathered(rays_of_unknown, 1), cavity.gathered(rays_of_unknown, 2)};
 }
 
-// Of a raw mesh, about.
+// Unknowns of a raw mesh over those of the simplified one, about.
 constexpr std::uint64_t kMoreUnknowns = 5;
 
 TriangleMesh raw_or_simplified(const TriangleMesh& mesh, bool raw, double dx) {

@@ -89,8 +89,7 @@ TEST_CASE("a surface in equilibrium: nothing absorbed means flux 1 everywhere, w
     double worst = 0.0;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
         worst = std::max(worst, std::abs(result.triangle.flux[t] - 1.0) / result.triangle.error[t]);
-    // The largest of at most 72 values of Student's t (31 degrees of freedom), in 4 configurations: 5 in 1 of
-    // 200.
+    // The largest of 72 values of Student's t (31 degrees of freedom), 4 times over, exceeds 5 in 1 of 200.
     CHECK(worst < 5.0);
     const Mean all = mean_flux(mesh, result, [](std::size_t) { return true; });
     CHECK(std::abs(all.flux - 1.0) < 0.01);
@@ -120,8 +119,8 @@ TEST_CASE("the tallies agree with each other: arrivals by triangle, wedge and ve
 
 namespace {
 
-// Neutrals that all stick, neutrals on weights, ions that sputter, and neutrals in a gas: the ways through a
-// block.
+// A species for each way to trace a block: neutrals that all stick, neutrals with weights, ions that sputter,
+// neutrals in a gas.
 std::vector<Species> kinds() {
     Species ions = ion("ion");
     ions.reflection.from = 0.5;
@@ -177,7 +176,7 @@ TEST_CASE("the flux has the same bits for any number of threads and any task siz
         }
     SECTION("when tracing to a target error, too") {
         const FluxResult reached = run(1, 1024, 0.1);
-        CHECK(reached.emitted < kRays);  // several rounds, an early end
+        CHECK(reached.emitted < kRays);  // the target is reached before all rays are traced
         for (const int threads : {2, 3}) check_same_bits(reached, run(threads, 3000, 0.1));
     }
     SECTION("and other bits for another seed, time step or species") {
@@ -194,7 +193,7 @@ TEST_CASE("the flux has the same bits for any number of threads and any task siz
 }
 
 TEST_CASE("standard errors have the size of the scatter between seeds") {
-    // Re-emission correlates arrivals, stratification anticorrelates them: batches must see both.
+    // Re-emission correlates arrivals, stratification anticorrelates them: batches must show both.
     const double sticking = GENERATE(1.0, 0.1);
     const auto mesh = deep_trench(2.0, 1);
     const auto wedges = make_wedges(mesh);
@@ -202,7 +201,7 @@ TEST_CASE("standard errors have the size of the scatter between seeds") {
     const auto box = lateral_box(mesh, kPeriodic);
     constexpr int kSeeds = 300;
     const std::size_t triangles = mesh.triangles.size(), vertices = mesh.vertices.size();
-    // Triangles, then wedges, then vertices.
+    // Indexed by triangles, then wedges, then vertices.
     std::vector<double> sum(triangles + wedges.count() + vertices, 0.0), squares = sum, predicted = sum;
     for (int seed = 0; seed < kSeeds; ++seed) {
         const auto result = trace_flux(mesh, scene, box, {"test", 1.0, {sticking}}, {}, wedges,
@@ -219,7 +218,7 @@ TEST_CASE("standard errors have the size of the scatter between seeds") {
     for (std::size_t i = 0; i < sum.size(); ++i) {
         const double variance = (squares[i] - sum[i] * sum[i] / kSeeds) / (kSeeds - 1);
         CAPTURE(i, variance, predicted[i]);
-        // Chi-square of 299 degrees of freedom: relative deviation sqrt(2 / 299) = 0.082; 5 of them for 100
+        // Chi-square of 299 degrees of freedom: relative deviation sqrt(2 / 299) = 0.082; 5 of it for 100
         // elements.
         CHECK(std::abs(variance / predicted[i] - 1.0) < 5.0 * std::sqrt(2.0 / (kSeeds - 1)));
         pooled += variance / predicted[i] / static_cast<double>(sum.size());
@@ -345,7 +344,7 @@ TEST_CASE("tracing to a target error reaches it, or says how far it came") {
     const auto result =
         trace_flux(mesh, scene, box, {}, {}, wedges, {.rays = 10'000'000, .relative_error = 0.03});
     CHECK(result.relative_error <= 0.03);
-    CHECK(result.relative_error > 0.01);  // without tracing ten times what it takes
+    CHECK(result.relative_error > 0.01);  // not traced ten times as long as necessary
     const auto capped =
         trace_flux(mesh, scene, box, {}, {}, wedges, {.rays = 20'000, .relative_error = 1e-4});
     CHECK(capped.relative_error > 1e-4);

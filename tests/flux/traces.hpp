@@ -18,7 +18,7 @@ FluxResult trace(const TriangleMesh& mesh, std::array<Boundary, 2> boundary, con
 /// Checks that every particle is absorbed or escapes, none leaks, and the ledgers add up.
 void check_balance(const FluxResult& result);
 
-/// Mean flux over some triangles and its standard error, their counts taken as independent.
+/// Mean flux over some triangles and its standard error, with the triangles' counts taken as independent.
 struct Mean {
     double flux = 0.0, error = 0.0;
 };

@@ -9,8 +9,8 @@
 namespace sidewall::flux {
 
 double clausing_transmission(double length, int cells, double sticking) {
-    // Of what a ring emits, the share that passes the disk at distance d; minus its derivative is the share
-    // per length that meets the wall there.
+    // Share of a ring's emission that passes the disk at distance d. Minus its derivative is the share per
+    // length that meets the wall there.
     const auto to_disk = [](double d) {
         const double h = 0.5 * d;
         return (h * h + 0.5) / std::sqrt(h * h + 1.0) - h;
@@ -68,7 +68,7 @@ TrenchFlux trench_flux(double depth, double sticking, int wall_strips, int floor
     for (int i = 0; i < wall_strips; ++i)
         strips.push_back({1.0, -depth * (wall_strips - i) / wall_strips, 1.0,
                           -depth * (wall_strips - i - 1) / wall_strips});
-    // Walked along the profile, so that a's end faces b's start.
+    // Crossed strings: strips run along the profile, so that a's end faces b's start.
     const auto exchange = [](const Strip& a, const Strip& b) {
         const auto apart = [](double x0, double z0, double x1, double z1) {
             return std::hypot(x1 - x0, z1 - z0);
@@ -107,7 +107,7 @@ CylinderFlux cylinder_flux(double depth, double sticking, int rings, int annuli)
         const double x = 1.0 + r * r + h * h;
         return std::numbers::pi * 2.0 * r * r / (x + std::sqrt(x * x - 4.0 * r * r));
     };
-    // Exchange areas: between rings by how many lie between them, and of each annulus with every ring.
+    // Exchange areas: between rings, by how many lie between them, and of each annulus with every ring.
     const int n = rings + annuli;
     const double step = depth / rings;
     const auto radius = [&](int k) { return static_cast<double>(k) / annuli; };

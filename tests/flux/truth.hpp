@@ -27,8 +27,8 @@ struct TrenchFlux {
 /// Flux at a position in [0, 1] along the strips: linear between their middles.
 double at_position(const std::vector<double>& strips, double position);
 
-/// What emits: the opening (a thermal source), or the floor alone, a cosine law of density 1, whose own
-/// emission does not count as an arrival.
+/// What emits: the opening (a thermal source), or the floor alone, by a cosine law of density 1. The floor's
+/// own emission does not count as an arrival.
 enum class Emitter { opening, floor };
 
 TrenchFlux trench_flux(double depth, double sticking, int wall_strips, int floor_strips,

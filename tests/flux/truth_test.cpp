@@ -75,7 +75,7 @@ TEST_CASE(
     const Mean floor = mean_flux(
         mesh, result, [&](std::size_t t) { return triangle_centroid(mesh, t).z() < -kDepth + 1e-9; });
     CAPTURE(threshold, wall.flux, wall.error, truth.wall_mean, floor.flux, floor.error, truth.floor_mean);
-    // Many hits of one particle: triangles are correlated, which mean_flux leaves out.
+    // One particle hits many times, so that triangles are correlated, which mean_flux leaves out.
     CHECK(std::abs(wall.flux - truth.wall_mean) < 0.01 * truth.wall_mean);
     CHECK(std::abs(floor.flux - truth.floor_mean) < 0.015 * truth.floor_mean);
 }

@@ -16,7 +16,7 @@ double total(const std::vector<double>& values) {
     return std::accumulate(values.begin(), values.end(), 0.0);
 }
 
-// Every wedge is used, belongs to its corner's vertex and their areas add up to the surface's.
+// Checks that every wedge is used, belongs to its corner's vertex, and that areas add up to the surface's.
 void check_consistent(const TriangleMesh& mesh, const Wedges& wedges) {
     REQUIRE(wedges.corner.size() == 3 * mesh.triangles.size());
     REQUIRE(wedges.first.size() == mesh.vertices.size() + 1);

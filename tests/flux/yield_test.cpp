@@ -11,7 +11,7 @@ TEST_CASE("the mean yield of a flat wafer is that over the source's angles and e
     for (const double n : {0.0, 1.0, 10.0, 1000.0})
         CHECK(mean_yield({"beam", n, {1.0}}, cosine) == Approx(2.0 * (n + 1.0) / (n + 2.0)).epsilon(1e-4));
 
-    // E sqrt(E) of a narrow normal distribution, to the fourth order of its width.
+    // Expectation of sqrt(E) over a narrow normal distribution, to the fourth order of its width.
     Species ion{"ion", 1e9, {0.0}};
     ion.energy = {100.0, 5.0};
     const double width = 0.05 * 0.05, root = 10.0 * (1.0 - width / 8.0 - 15.0 * width * width / 128.0);

@@ -1,6 +1,6 @@
-// Damages the checkpoint of a small run, see mutate.hpp. Two kinds: bytes of the file changed, which the seal
-// must notice; and the run's state changed under a seal that fits, which the reader must refuse or make a
-// sound state of (kind 1). Refusals are FileErrors in printable text that name the file.
+// Damages the checkpoint of a small run, see mutate.hpp. Kind 0 changes bytes of the file, which its seal
+// must detect. Kind 1 changes the run's state under a seal that fits; the reader must refuse it or return a
+// valid state. Refusals are FileErrors in printable text that name the file.
 #include <stdlib.h>
 
 #include <cmath>
@@ -51,7 +51,7 @@ app::RunState seed_state(const app::Recipe& recipe) {
     return state;
 }
 
-// Whether the file was taken.
+// Whether the checkpoint was read, not refused.
 bool read(const fs::path& folder, const app::Recipe& recipe) {
     try {
         const app::RunState state = app::resume_state(folder, recipe);

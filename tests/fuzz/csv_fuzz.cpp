@@ -1,5 +1,5 @@
-// Damaged tables: csv_fuzz [SECONDS [SEED]] (mutate.hpp). They are refused with a FileError that names the
-// file, or give columns of finite numbers, all of the same length.
+// Damaged tables: csv_fuzz [SECONDS [SEED]] (mutate.hpp). The reader refuses them with a FileError that names
+// the file, or returns columns of finite numbers, all of the same length.
 #include <cmath>
 
 #include "app/common/text.hpp"

@@ -11,7 +11,7 @@
 
 namespace sidewall::fuzz {
 
-/// Whether a layout was read, of which \p layers are drawn; else an error must name \p file.
+/// Whether the layout in \p bytes is read; checks the polygons of \p layers. A refusal must name \p file.
 inline bool attempt_layout(const std::string& bytes, const std::string& file,
                            std::initializer_list<std::pair<int, int>> layers) {
     try {

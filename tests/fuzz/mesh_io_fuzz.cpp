@@ -1,6 +1,6 @@
-// Damaged mesh files of every format: a reader refuses them with a FileError that names the file, or keeps
-// what read_mesh promises: mesh_io_fuzz [SECONDS [SEED]] (mutate.hpp). The kinds are the formats in the order
-// below.
+// Damaged mesh files of every format: mesh_io_fuzz [SECONDS [SEED]] (mutate.hpp). A reader refuses them with
+// a FileError that names the file, or returns a mesh that keeps what read_mesh promises. A seed's kind is its
+// format, in the order listed below.
 #include <array>
 #include <filesystem>
 #include <fstream>
@@ -51,7 +51,7 @@ bool attempt(std::string_view bytes, std::size_t format) {
     }
 }
 
-// Two squares, with attributes of all kinds.
+// Two squares of two triangles, with vertex and triangle attributes of every scalar type.
 TriangleMesh small_mesh() {
     TriangleMesh mesh;
     for (int i = 0; i < 3; ++i)

@@ -15,16 +15,16 @@
 #include <string>
 #include <vector>
 
-// A harness that damages good files in ever new ways and hands them to a reader, for a time:
+// A harness that damages good files at random and hands them to a reader, for a given time:
 //   NAME [SECONDS [SEED [ROUND]]]
-// Round k of a seed is always the same bytes. Whatever goes wrong, a sanitizer's report included, ends with
-// the command that repeats it; with ROUND that round alone is run.
+// Seed and round fix the damaged bytes. Any failure, a sanitizer's report included, ends with the command
+// that repeats it; with ROUND only that round is run.
 //
-// With libFuzzer (SIDEWALL_LIBFUZZER), which keeps what reaches new code, files are of one kind a run:
-//   NAME seeds FOLDER [KIND]    the good files, to begin with, and their dictionary FOLDER.words
+// With libFuzzer (SIDEWALL_LIBFUZZER), which keeps inputs that reach new code, a run takes files of one kind:
+//   NAME seeds FOLDER [KIND]    writes the good files, to begin with, and their dictionary FOLDER.words
 //   NAME fuzz KIND [OPTIONS]    e.g. -max_total_time=900 -rss_limit_mb=2000 -dict=FOLDER.words FOLDER
 
-// A sanitizer's finding is to end in the handler below.
+// Makes a sanitizer's finding end in the handler of SIGABRT below.
 extern "C" inline const char* __asan_default_options() {  // NOLINT(bugprone-reserved-identifier)
     return "abort_on_error=1";
 }
@@ -36,7 +36,7 @@ namespace sidewall::fuzz {
 
 using Random = std::mt19937_64;
 
-/// A good file, and the kind that tells a harness with several readers which one it is for.
+/// A good file, and its kind: which reader it is for, in a harness with several.
 struct Seed {
     std::string bytes;
     std::size_t kind = 0;
@@ -53,20 +53,20 @@ inline void say_how_to_repeat() {
     if (write(STDERR_FILENO, line, static_cast<std::size_t>(length)) < 0) return;
 }
 
-/// Ends the program unless \p holds.
+/// Aborts with \p promise on stderr unless \p holds.
 inline void expect(bool holds, const std::string& promise) {
     if (holds) return;
     std::fprintf(stderr, "broken promise: %s\n", promise.c_str());
     std::abort();
 }
 
-/// One to eight changes: bits, bytes, numbers of two to eight bytes, pieces cut out, repeated, moved or taken from
-/// \p other, words of \p dictionary.
+/// Makes one to eight random changes: of bits, bytes, numbers of up to eight bytes; pieces cut out, repeated,
+/// moved or taken from \p other; words of \p dictionary.
 inline std::string mutate(std::string bytes, const std::string& other,
                           const std::vector<std::string>& dictionary, Random& random) {
     const auto below = [&](std::size_t n) { return static_cast<std::size_t>(random() % n); };
     for (std::size_t left = 1 + below(8); left > 0 && !bytes.empty(); --left) {
-        // Half of the changes hit the head, where a byte means most.
+        // Half of the changes hit the first 512 bytes, the header, where a byte has most effect.
         const std::size_t head = std::min<std::size_t>(bytes.size(), 512);
         const std::size_t at = below(random() % 2 == 0 ? head : bytes.size());
         const std::size_t length =
@@ -79,7 +79,7 @@ inline std::string mutate(std::string bytes, const std::string& other,
             case 1:
                 bytes[at] = static_cast<char>(random());
                 break;
-            case 2: {  // a size or a count: none, vast, negative, nearly right
+            case 2: {  // a size or a count: zero, huge, negative
                 const std::size_t size = std::min<std::size_t>(std::size_t{1} << below(4), bytes.size() - at);
                 const char fill = random() % 3 == 0 ? '\0' : random() % 2 == 0 ? '\xff' : '\x7f';
                 std::fill_n(place, size, fill);
@@ -100,7 +100,7 @@ inline std::string mutate(std::string bytes, const std::string& other,
             case 7:
                 if (random() % 8 == 0) bytes.resize(at);
                 break;
-            case 8:  // the digits of a number
+            case 8:  // a digit of a number
                 for (std::size_t k = at; k < bytes.size() && k < at + 200; ++k)
                     if (bytes[k] >= '0' && bytes[k] <= '9') {
                         bytes[k] = static_cast<char>('0' + random() % 10);
@@ -125,7 +125,7 @@ inline std::string mutate(std::string bytes, const std::string& other,
 extern "C" int LLVMFuzzerRunDriver(int* argc, char*** argv,
                                    int (*callback)(const std::uint8_t* data, std::size_t size));
 
-/// See the head of this file.
+/// The libFuzzer driver: see the modes "seeds" and "fuzz" on top of this file.
 template <class Attempt>
 int run(int argc, char** argv, const std::vector<Seed>& seeds, const std::vector<std::string>& dictionary,
         const Attempt& attempt) {
@@ -164,8 +164,8 @@ int run(int argc, char** argv, const std::vector<Seed>& seeds, const std::vector
     });
 }
 #else
-/// Runs \p attempt on damaged \p seeds: attempt(bytes, kind of the seed) returns whether the reader took them,
-/// and aborts if it broke a promise. No attempt may take over 20 seconds of the processor or the program over 2 GB.
+/// Runs \p attempt on damaged \p seeds: attempt(bytes, kind of the seed) returns whether the reader accepted
+/// them and aborts if it broke a promise. An attempt may take 20 seconds of CPU time, the program 2 GB.
 template <class Attempt>
 int run(int argc, char** argv, const std::vector<Seed>& seeds, const std::vector<std::string>& dictionary,
         const Attempt& attempt) {
@@ -183,7 +183,7 @@ int run(int argc, char** argv, const std::vector<Seed>& seeds, const std::vector
                 signal(caught, SIG_DFL);
                 raise(caught);
             };
-            // Address sanitizer's own handlers end in SIGABRT and tell more.
+            // Leaves the address sanitizer's own handlers, which report more and end in SIGABRT.
             struct sigaction before {};
             sigaction(number, nullptr, &before);
             if (number == SIGABRT || before.sa_handler == SIG_DFL) sigaction(number, &action, nullptr);

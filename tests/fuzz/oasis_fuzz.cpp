@@ -1,5 +1,5 @@
-// Damaged OASIS files and gzip files of layouts: oasis_fuzz [SECONDS [SEED]] (mutate.hpp). They are refused
-// with a FileError that names the file, or give finite polygons.
+// Damaged OASIS files, plain and gzipped: oasis_fuzz [SECONDS [SEED]] (mutate.hpp). The reader refuses them
+// with a FileError that names the file, or returns finite polygons.
 #include "tests/app/recipe/oasis_bytes.hpp"
 #include "tests/fuzz/layout_attempt.hpp"
 

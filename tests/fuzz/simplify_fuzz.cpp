@@ -1,5 +1,5 @@
-// libFuzzer: bytes become a mesh and options; every method either refuses them with a message or keeps its
-// promises. Build and run as tests/fuzz/CMakeLists.txt says.
+// For libFuzzer: turns bytes into a mesh and options. Every method either refuses them with a message or
+// keeps its promises. Build and run as tests/fuzz/CMakeLists.txt says.
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -24,7 +24,7 @@ class Bytes {
         rest_ = rest_.subspan(1);
         return byte;
     }
-    /// In [0, 1].
+    /// The next byte as a number in [0, 1].
     double share() { return next() / 255.0; }
     bool empty() const { return rest_.empty(); }
 
@@ -38,7 +38,7 @@ void expect(bool holds, const char* promise) {
     std::abort();
 }
 
-/// A sheet of n x n cells, open, a tube or a torus, its vertices moved by the bytes, some triangles left out.
+/// An open sheet of n x n cells, a tube or a torus; the bytes move its vertices and leave out some triangles.
 TriangleMesh sheet(Bytes& bytes) {
     const std::uint32_t n = 3 + bytes.next() % 14, kind = bytes.next() % 3;
     const bool closed_x = kind > 0, closed_y = kind > 1;
@@ -73,7 +73,7 @@ TriangleMesh sheet(Bytes& bytes) {
     return mesh;
 }
 
-/// Triangles of any indices: nearly always refused.
+/// Triangles of arbitrary indices, nearly always refused.
 TriangleMesh soup(Bytes& bytes) {
     TriangleMesh mesh;
     const std::uint32_t vertices = bytes.next() % 24, triangles = bytes.next() % 32;

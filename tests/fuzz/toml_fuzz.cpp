@@ -1,5 +1,5 @@
-// Damaged recipes: toml_fuzz [SECONDS [SEED]] (mutate.hpp). They are refused with an error that names the
-// file, or the effective recipe that is written from them reads back as the same.
+// Damaged recipes: toml_fuzz [SECONDS [SEED]] (mutate.hpp). The reader refuses them with an error that names
+// the file, or the effective recipe written from them reads back unchanged.
 #include <filesystem>
 
 #include "app/recipe/effective_recipe.hpp"
@@ -26,7 +26,7 @@ bool attempt(const std::string& text) {
         expect(std::string(error.what()).starts_with(file + ":"),
                std::string("an error names the file and the line: ") + error.what());
         return false;
-    } catch (const FileError&) {  // of a layout or a mesh that the recipe names
+    } catch (const FileError&) {  // names the layout or mesh that the recipe refers to
         return false;
     }
     const std::string effective = app::effective_recipe(recipe);
@@ -45,7 +45,7 @@ int main(int argc, char** argv) {
     std::vector<fs::path> files;
     for (const auto& entry : fs::directory_iterator(kFolder))
         if (entry.path().extension() == ".toml") files.push_back(entry.path());
-    std::sort(files.begin(), files.end());  // a round is the same everywhere
+    std::sort(files.begin(), files.end());  // the same order, and so the same rounds, on every machine
     std::vector<fuzz::Seed> seeds;
     for (const fs::path& file : files) seeds.push_back({surface::read_whole_file(file)});
     const std::vector<std::string> words{"nan",

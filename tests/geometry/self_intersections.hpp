@@ -5,7 +5,7 @@
 
 namespace sidewall::test {
 
-/// How many pairs of a mesh's triangles intersect otherwise than in corners and edges that they share, by CGAL.
+/// Number of pairs of triangles that intersect elsewhere than in shared corners and edges, counted by CGAL.
 std::size_t self_intersections(const TriangleMesh& mesh);
 
 }  // namespace sidewall::test

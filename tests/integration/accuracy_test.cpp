@@ -10,8 +10,8 @@ using nlohmann::json;
 
 namespace {
 
-// Without flux: a blanket etch, whose depth is the rate times the duration on any grid, and beside it a
-// trench that widens by as much on both sides.
+// A blanket etch without fluxes, whose depth is rate times duration on any grid, beside a trench that widens
+// by as much on both sides.
 const std::string kEtch = R"(
 [domain]
 extent = [4.0]
@@ -76,7 +76,7 @@ TEST_CASE("bars of depth and opening of an etch known exactly hold them, and are
         CHECK(bars["noise"] == 0.0);
         CHECK(bars["value"] == summary["metrology"][measure]);
     }
-    // The folder is that of a run as any other, on the grid settled on.
+    // The folder is that of an ordinary run, on the grid settled on.
     CHECK(fs::exists(c.path / "out/surface.pvd"));
     CHECK(summary["accuracy_runs"].size() >= 2);
     CHECK(summary["accuracy"]["mean_rate"]["status"] == "known");
@@ -101,7 +101,7 @@ TEST_CASE("a run to an accuracy that was killed goes on to the same bars", "[slo
         return summary;
     };
     CHECK(without_seconds(whole.summary()) == without_seconds(killed.summary()));
-    // Once more changes nothing.
+    // Resuming a finished run changes nothing.
     const std::string before = read_bytes(whole.path / "out/checkpoint.vdb");
     whole.run(asked + "--resume");
     CHECK(read_bytes(whole.path / "out/checkpoint.vdb") == before);

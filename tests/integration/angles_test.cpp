@@ -7,7 +7,7 @@
 #include "app/recipe/effective_recipe.hpp"
 #include "tests/integration/run_program.hpp"
 
-// Speeds that turn with the surface's normal, against exact solutions.
+// Speeds that depend on the surface's normal, against exact solutions.
 using namespace sidewall;
 
 namespace {
@@ -65,8 +65,8 @@ rays = 100_000
 
 }  // namespace
 
-// h_t + F(h_x) = 0 with F(p) = (1 + 9.3 s) / sqrt(1 + p^2), s = p^2 / (1 + p^2): characteristics from the
-// edge reach x = 1 + F'(q) t at z = -(F(q) - q F'(q)) t.
+// The height h obeys h_t + F(h_x) = 0 with F(p) = (1 + 9.3 s) / sqrt(1 + p^2), s = p^2 / (1 + p^2):
+// characteristics from the edge reach x = 1 + F'(q) t at z = -(F(q) - q F'(q)) t.
 TEST_CASE("facets of a trench's two edges are those of the characteristics, left and right") {
     const std::string spacing = GENERATE("0.1", "0.0964", "0.05");
     const auto run = run_text(kFacet, {"domain.grid_spacing=" + spacing});
@@ -79,7 +79,7 @@ TEST_CASE("facets of a trench's two edges are those of the characteristics, left
     }
 }
 
-// What arrives on a flat wafer does not depend on its height, and rate is that of a flat wafer.
+// The flux on a flat wafer does not depend on its height, and `rate` is a flat wafer's.
 TEST_CASE("a flat wafer under a tilted beam stays flat and is as deep as its rate says") {
     const std::string tilt = GENERATE("0", "45", "80", "85"), cfl = GENERATE("0.5", "0.2");
     const auto run = run_text(kFlat, {"step[0].tilt_deg=" + tilt, "advection.cfl=" + cfl});
@@ -90,7 +90,7 @@ TEST_CASE("a flat wafer under a tilted beam stays flat and is as deep as its rat
     CHECK(high - low <= 0.01);
 }
 
-// A turning beam sputters the two edges of a trench alike.
+// A rotating beam sputters both edges of a trench equally.
 TEST_CASE("facets under a turning tilted beam are the same on both sides") {
     const auto run =
         run_text(kFacet, {"domain.grid_spacing=0.1", "step[0].tilt_deg=30", "step[0].rotating=true",

@@ -7,15 +7,15 @@
 
 #include "tests/integration/run_program.hpp"
 
-// What users get wrong, one row each: the program must say where, what and what to do, with the exit code of
-// its cause, and leave nothing behind that looks like a result.
+// Mistakes of users, one row each. The program must name the place, the fault and the remedy, return the exit
+// code of the cause, and leave nothing behind that looks like a result.
 namespace {
 
 namespace fs = std::filesystem;
 
 const std::string kDomain = "[domain]\nextent = [4.0, 4.0]\ngrid_spacing = 0.1\n";           // lines 1 to 3
-const std::string kLayer = "[[layer]]\nmaterial = \"Si\"\n";                                 // 4 and 5
-const std::string kStep = "[[step]]\nmodel = \"isotropic\"\nduration = 1.0\nrate = -0.1\n";  // 6 to 9
+const std::string kLayer = "[[layer]]\nmaterial = \"Si\"\n";                                 // lines 4 and 5
+const std::string kStep = "[[step]]\nmodel = \"isotropic\"\nduration = 1.0\nrate = -0.1\n";  // lines 6 to 9
 const std::string kGood = kDomain + kLayer + kStep;
 
 using sidewall::test::Folder;
@@ -35,9 +35,9 @@ struct Row {
     std::string what;
     std::string file;       ///< name of the input file, empty for none
     std::string text;       ///< its content
-    std::string arguments;  ///< of the program, in shell syntax
+    std::string arguments;  ///< arguments of the program, in shell syntax
     int exit_code;
-    std::vector<std::string> message;  ///< pieces it must hold
+    std::vector<std::string> message;  ///< parts that the output must contain
 };
 
 void check_rows(const std::vector<Row>& rows) {
@@ -69,11 +69,11 @@ Row override_row(const std::string& setting, const std::string& rest, const std:
 }
 
 std::string step(const std::string& lines) {
-    return kDomain + kLayer + "[[step]]\n" + lines;  // the first of them is line 7
+    return kDomain + kLayer + "[[step]]\n" + lines;  // `lines` start at line 7
 }
 
 std::string layer(const std::string& lines) {
-    return kDomain + "[[layer]]\n" + lines + kStep;  // the first of them is line 5
+    return kDomain + "[[layer]]\n" + lines + kStep;  // `lines` start at line 5
 }
 
 }  // namespace
@@ -254,7 +254,7 @@ TEST_CASE("a bad recipe is refused with file, line, key and remedy", "[foreign][
 }
 
 TEST_CASE("a recipe whose shapes make no sense is refused with file, line, key and remedy", "[foreign]") {
-    // Lines 5 and 6, then the shape's own; the domain has 40 x 40 cells.
+    // The shape's own keys start at line 7; the domain has 40 x 40 cells.
     const auto shape = [](const std::string& name, const std::string& lines) {
         return layer("material = \"Si\"\nshape = \"" + name + "\"\n" + lines);
     };
@@ -344,7 +344,7 @@ TEST_CASE("a recipe whose numbers make no sense is refused with file, line, key 
         recipe("a coat beyond all measure",
                kGood + "[[step]]\nmodel = \"conformal\"\nmaterial = \"W\"\nthickness = 1e5\n",
                "13: step[1].thickness = 100000", "check the unit"),
-        // Known only once a first time step was made.
+        // Faults that show only in the first time step.
         recipe("polish below all that was etched", kGood + polish + "height = -1\n",
                " step 2 planarize: height = -1: lies below the whole wafer", "polish above"),
         recipe("a step without end", step("model = \"isotropic\"\nduration = 1.0\nrate = -1e7\n"),
@@ -369,14 +369,14 @@ TEST_CASE("a recipe whose numbers make no sense is refused with file, line, key 
 TEST_CASE("a gas, a target or a plasma that makes no sense is refused with file, line, key and remedy",
           "[foreign]") {
     const auto neutral = [](const std::string& keys) {
-        return step("model = \"single_particle\"\nduration = 1.0\nrate = -1.0\n" + keys);  // 10
+        return step("model = \"single_particle\"\nduration = 1.0\nrate = -1.0\n" + keys);  // line 10
     };
     const auto species = [](const std::string& keys) {
         return step("model = \"multi_particle\"\nduration = 1.0\nspecies = [{ name = \"a\", rate = -1.0, " +
-                    keys + " }]\n");  // 9
+                    keys + " }]\n");  // line 9
     };
     const auto plasma = [](const std::string& keys) {
-        return step("model = \"cf4_o2\"\nduration = 1.0\n" + keys);  // 9
+        return step("model = \"cf4_o2\"\nduration = 1.0\n" + keys);  // line 9
     };
     check_rows({
         recipe("no free path", neutral("mean_free_path = 0\n"),
@@ -440,7 +440,7 @@ TEST_CASE("a layer's file that is no mesh or layout is found by check", "[foreig
             CHECK(contents(folder.path).size() == 2);
         }
     }
-    const Folder folder;  // a good one, but in nanometres
+    const Folder folder;  // a good mesh, but in nanometres
     std::ofstream(folder.path / "far.stl")
         << "solid a\nfacet normal 0 0 1\nouter loop\nvertex 100 100 0\n"
            "vertex 900 100 0\nvertex 100 900 0\nendloop\nendfacet\nendsolid\n";
@@ -499,7 +499,7 @@ TEST_CASE("a run that cannot start leaves no output", "[foreign]") {
          {"bad.toml:6: step[0].duration"}},
         {"run: no such option", "good.toml", kGood, "run good.toml -o out --fast", 2, {"--fast"}},
     });
-    // Terabytes, which check says, too.
+    // A run that needs terabytes is refused by check, too.
     const std::string huge = "[domain]\nextent = [190, 190]\ngrid_spacing = 0.01\n" + kLayer +
                              "[[layer]]\nshape = \"stack\"\nmaterials = [\"SiO2\", \"Si3N4\"]\n"
                              "thicknesses = [0.1, 0.1]\nrepeat = 200\n" +

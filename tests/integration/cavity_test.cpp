@@ -14,27 +14,27 @@ namespace {
 
 // configs/quick/ald_cavity.toml: the cavity begins at x = -10 and is 21 long; its lower wall lies at z = -1.
 constexpr double kHeight = 0.5, kLength = 21.0, kMouth = -10.0, kSticking = 0.1, kCavityFilm = 250 * 1.06e-4;
-constexpr double kCavityDose = 115000.0 * 8e-4 / 0.4;  // molecules a site, on an open wafer
-constexpr double kOpening = 2.0;                       // of the wafer's surface, to its mirror image
+constexpr double kCavityDose = 115000.0 * 8e-4 / 0.4;  // molecules a site that arrive on an open wafer
+constexpr double kOpening = 2.0;  // length of the wafer's open surface, up to its mirror image
 constexpr int kPulseParts = 40, kStrips = 168;
 constexpr double kStripLength = kLength / kStrips;
 
-// Coverage along the cavity after the pulse; \p arriving gives the flux that a sticking leaves, by strip.
+// Coverage along the cavity after the pulse; \p arriving returns the flux by strip for a sticking by strip.
 template <class Arriving>
 Eigen::VectorXd coverage(const Arriving& arriving) {
     Eigen::VectorXd theta = Eigen::VectorXd::Zero(kStrips);
     for (int part = 0; part < kPulseParts; ++part) {
         const Eigen::VectorXd sticking = kSticking * (1.0 - theta.array());
         Eigen::VectorXd flux = arriving(sticking);
-        // What the walls take is missing in the opening, which the wafer's flux fills.
+        // Molecules that the walls adsorb are missing in the opening, which the wafer's flux supplies.
         flux *= kOpening / (kOpening + 2.0 * kStripLength * sticking.dot(flux));
         theta = 1.0 - (1.0 - theta.array()) * (-kSticking * kCavityDose / kPulseParts * flux.array()).exp();
     }
     return theta;
 }
 
-// Molecules that fly straight from wall to wall: exchange between the strips of two plates by Hottel's
-// crossed strings; the mouth's flux is 1, the end takes what gets there.
+// Ballistic transport: exchange between the strips of two plates by Hottel's crossed strings. The flux at the
+// mouth is 1, and the far end absorbs what reaches it.
 Eigen::VectorXd ballistic(const Eigen::VectorXd& sticking) {
     const auto apart = [](double x) { return std::hypot(x, kHeight); };
     Eigen::MatrixXd system = Eigen::MatrixXd::Identity(kStrips, kStrips);
@@ -104,7 +104,7 @@ TEST_CASE(
     REQUIRE(film.size() > 300);
     std::sort(film.begin(), film.end());
     std::vector<std::pair<double, double>> means;
-    for (std::size_t k = 0; k + 8 <= film.size(); k += 8) {  // four cells: the rays' noise
+    for (std::size_t k = 0; k + 8 <= film.size(); k += 8) {  // means over four cells against the rays' noise
         means.emplace_back(0.0, 0.0);
         for (std::size_t n = k; n < k + 8; ++n) {
             means.back().first += film[n].first / 8.0;
@@ -114,8 +114,8 @@ TEST_CASE(
     const Front found = front_of(means), straight = front_of(coverage(ballistic)),
                 diffused = front_of(coverage(diffusive));
     CAPTURE(found.half, straight.half, diffused.half, found.slope, straight.slope, diffused.slope);
-    // A cell, 0.125, is 1 %; the rays' noise and bias in the film 3 %; the mouth, which is no plane, as much
-    // again. On grids half as fine the front lies 5 % before the model's.
+    // Tolerance: a cell, 0.125, is 1 %; the rays' noise and bias in the film 3 %; the mouth, which is no
+    // plane, as much again. On grids half as fine the front lies 5 % before the model's.
     CHECK(found.half == Approx(straight.half).epsilon(0.07));
     CHECK(found.slope == Approx(straight.slope).epsilon(0.08));
     // Long flights spread the front (Jarvilehto et al., doi 10.1039/d3cp01829f).

@@ -8,8 +8,8 @@
 
 #include "tests/integration/run_program.hpp"
 
-// What shells complete and what the manual page says comes from the program's own tables: both must know
-// every command and option that --help knows.
+// Shell completion and the manual page come from the program's own tables: both must know every command and
+// option that --help knows.
 namespace {
 
 using sidewall::test::config;
@@ -52,7 +52,7 @@ std::string printed(const std::string& arguments) {
     return outcome.output;
 }
 
-// Candidates for the last of some words of a command line, in shell syntax; as for bash, without
+// Completions of the last of these words of a command line, in shell syntax; as for bash, without
 // descriptions.
 std::set<std::string> candidates(const std::string& words) {
     const std::vector<std::string> lines = lines_of(printed("completion bash -- " + words));
@@ -63,7 +63,7 @@ bool installed(const std::string& tool) {
     return std::system(("command -v " + tool + " >/dev/null 2>&1").c_str()) == 0;
 }
 
-// What a command says on standard output and standard error, of text on its standard input.
+// Standard output and standard error of a command that reads \p text.
 std::string piped(const std::string& command, const std::string& text) {
     const Folder folder;
     std::ofstream(folder.path / "in") << text;

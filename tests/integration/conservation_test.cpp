@@ -7,7 +7,7 @@
 #include "app/recipe/step_model.hpp"
 #include "levelset/meshes/extract.hpp"
 
-// Whether the level set lays down what the fluxes bring.
+// Conservation: the film that the level set grows against what the fluxes bring.
 using namespace sidewall;
 
 namespace {
@@ -69,8 +69,8 @@ TEST_CASE("the film's volume is the integral of flux times rate times area, and 
     };
     // Marching cubes cuts off concave corners: the area, and with it the integral, falls short by a share of
     // dx.
-    // Long time steps add to the hole's error what does not fall with dx: at cfl 0.5 the last is 0.47 to 0.54
-    // of the first, by seeds; at 0.1 it is 0.40 +- 0.01.
+    // Long time steps add an error to the hole's that does not fall with dx: at cfl 0.5 the finest grid's
+    // error is 0.47 to 0.54 of the coarsest's, by seeds; at 0.1 it is 0.40 +- 0.01.
     for (const Row& row : {Row{"trench_deposition.toml",
                                {"domain.extent=[10.0, 0.5]", "step[0].duration=1.0", "flux.rays=40000"},
                                {"0.25", "0.125", "0.0625"}},

@@ -10,15 +10,14 @@
 #include "app/process/simulation.hpp"
 #include "tests/folder.hpp"
 
-// Where one material ends and the next begins in what a run saves and draws, against where it has to.
+// Borders between materials in saved surfaces and drawn sections, against where they must be.
 using namespace sidewall;
 using namespace sidewall::app;
 
 namespace {
 
-// How far, in cells, anything in a material's colour lies outside all that this material can fill: the
-// surface's triangles, and the points of the section y = 0. `outside` tells it of a material and a point,
-// world units.
+// Largest distance in cells by which triangles of the surface, and points of the section y = 0, lie outside
+// the region that their material can fill. `outside` returns it for a material and a point, in world units.
 template <class Outside>
 std::map<std::string, double> teeth(const Recipe& recipe, const Outside& outside) {
     const test::Folder folder;
@@ -55,8 +54,7 @@ Recipe quick(const std::string& name) {
     return load_recipe(SIDEWALL_SOURCE_DIR "/configs/quick/" + name + ".toml");
 }
 
-// Layers of oxide and nitride from z = 0 up, whose walls at |x| = 0.4 are etched away by `recess` in one of
-// them.
+// Layers of oxide and nitride from z = 0 up, with walls at |x| = 0.4; one material is etched back by kRecess.
 constexpr double kCell = 0.05, kWall = 0.4, kRecess = 0.17;
 
 Recipe recessed_pairs(double thickness, const std::string& etched) {
@@ -87,9 +85,8 @@ method = "none"
                         "pairs.toml");
 }
 
-// How far a point is out of all layers of its material, that of the even or odd ones, up from z = 0. Where
-// those are recessed, a tooth is as long as it reaches from a face of the others; the front's own corners are
-// within a cell of it.
+// Distance of a point from the layers of its material, the even or the odd ones from z = 0 up. In their
+// recess, more than a cell before the front, a tooth counts by its distance from the nearest face beside.
 double outside_pairs(const Vec3& p, double thickness, std::size_t odd, double recess) {
     double most = std::numeric_limits<double>::infinity(), face = 0.0;
     for (std::size_t k = odd; k < 16; k += 2) {
@@ -109,7 +106,7 @@ double outside_pairs(const Vec3& p, double thickness, std::size_t odd, double re
 }  // namespace
 
 TEST_CASE("no tooth hangs into the recesses of eight pairs of oxide and nitride", "[slow]") {
-    // Layers that end on grid nodes, and everywhere in a cell.
+    // Interfaces on grid nodes, and at various places in a cell.
     const double thickness = GENERATE(0.2, 0.183);
     const std::string etched = GENERATE("Si3N4", "SiO2");
     const auto worst =
@@ -138,7 +135,7 @@ TEST_CASE(
 }
 
 TEST_CASE("no tooth of the mask hangs into the scallops of a Bosch etch", "[slow]") {
-    // Silicon below z = 0, and none of the mask there. In sections a tooth of 0.6 to 0.9 cells is left at
+    // Silicon lies below z = 0, and no mask may be there. In sections a tooth of 0.6 to 0.9 cells is left at
     // about one seed in 14 (7 of 96); its cause is not known.
     int with_tooth = 0;
     for (std::int64_t seed = 1; seed <= 8; ++seed) {
@@ -156,5 +153,5 @@ TEST_CASE("no tooth of the mask hangs into the scallops of a Bosch etch", "[slow
         }
         with_tooth += section >= 0.3;
     }
-    CHECK(with_tooth <= 2);  // 1.6 % of programs with one in 14 have more
+    CHECK(with_tooth <= 2);  // at one seed in 14 more occur in 1.6 % of cases
 }

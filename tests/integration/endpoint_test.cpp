@@ -9,7 +9,7 @@
 #include "surface/ray_scene.hpp"
 #include "tests/integration/run_program.hpp"
 
-// What ends a step, and when.
+// Conditions that end a step, and the times at which they do.
 using namespace sidewall;
 using nlohmann::json;
 
@@ -40,7 +40,7 @@ duration = 9.0
 directional = { SiO2 = -0.1 }
 )";
 
-// Oxide of 0.4 under a mask with a slit of 1.0, which goes a tenth as fast.
+// Oxide of 0.4 under a mask with a slit of 1.0; the mask etches a tenth as fast.
 const std::string kSlit = kEndpointStrip + R"([[layer]]
 material = "SiO2"
 thickness = 0.4
@@ -66,7 +66,7 @@ double number(const json& json) {
     return json.get<double>();
 }
 
-// A stop condition is passed by a twentieth of a cell at most.
+// A stop condition is overshot by at most a twentieth of a cell.
 constexpr double kLate = 0.05 * 0.05 / 0.1 + 1e-9;
 
 }  // namespace
@@ -91,10 +91,10 @@ TEST_CASE("a mask is no floor, however its material goes, as long as it goes slo
     for (const char* stop : {"stop = \"bare(Si) > 0.9\"\n", "stop_material = \"Si\"\n"}) {
         const json step = step_of(kSlit + stop);
         CHECK(number(step["duration"]) == Approx(4.0).margin(kLate));
-        // Within a cell of a wall the front comes a twentieth of a cell later.
+        // Within a cell of a wall the front arrives a twentieth of a cell later.
         CHECK(number(step["bare"]) > 0.85);
     }
-    // Without a mask what covers most of the wafer is what is to go.
+    // Without a mask the step is to remove the material that covers most of the wafer.
     const json open = step_of(kTwoFloors + "stop = \"bare(Si) > 0.9\"\n");
     CHECK(number(open["duration"]) == Approx(3.0).margin(kLate));
 }
@@ -125,7 +125,7 @@ stop = "bare(Si) > 0.9"
 }
 
 TEST_CASE("what has none of the material below it is no floor") {
-    // A line of tungsten of 0.6 in oxide, under a slit of 1.0: beside the line the oxide goes on.
+    // A line of tungsten of 0.6 in oxide, under a slit of 1.0: beside the line there is more oxide below.
     const json step = step_of(kEndpointStrip + R"([[layer]]
 material = "W"
 shape = "fin"
@@ -160,10 +160,10 @@ TEST_CASE("an over-etch goes on after the endpoint, for a share of the time so f
     CHECK(number(share["endpoint"]["over_etch"]) == Approx(0.25 * came(share)));
     CHECK(share["stopped_by"] == "stop");
     CHECK(number(time["duration"]) == Approx(came(time) + 0.7));
-    // Any stop condition; the oxide's top is at 0.4.
+    // Over-etch follows any stop condition; the oxide's top is at 0.4.
     CHECK(came(depth) == Approx(3.0).margin(kLate));
     CHECK(number(depth["duration"]) == Approx(1.5 * came(depth)));
-    // Its duration is the most that a step takes.
+    // No step takes longer than its duration.
     CHECK(cut["stopped_by"] == "duration");
     CHECK(cut["duration"] == 9.0);
     CHECK(came(cut) == Approx(4.0).margin(kLate));
@@ -171,7 +171,7 @@ TEST_CASE("an over-etch goes on after the endpoint, for a share of the time so f
 
 TEST_CASE("a step that does not come to its endpoint says so, and what share was bare") {
     const json step = step_of(kTwoFloors + "stop = \"bare(Si) > 0.9\"\n[output]\nevery = 9.0\n");
-    CHECK(number(step["bare"]) >= 0.9);  // rounded
+    CHECK(number(step["bare"]) >= 0.9);  // the figure is rounded
     std::string brief = kTwoFloors + "stop = \"bare(Si) > 0.9\"\n";
     brief.replace(brief.find("duration = 9.0"), 14, "duration = 2.5");
     const json early = step_of(brief);
@@ -227,7 +227,7 @@ TEST_CASE("a run that is stopped within an over-etch goes on to the same bits") 
 
 namespace {
 
-// The recipe that the tutorial has its reader write.
+// The recipe of the tutorial.
 std::string tutorial_recipe() {
     const std::string text = test::read_bytes(SIDEWALL_SOURCE_DIR "/docs/tutorial.md");
     const std::string begin = "cat > contact.toml <<'END'\n";
@@ -235,8 +235,7 @@ std::string tutorial_recipe() {
     return text.substr(from, text.find("END\n", from) - from);
 }
 
-// Share of the contact's columns, within the opening of the resist, in which no oxide lies on the silicon by
-// the interfaces as they are saved.
+// Share of columns within the resist's opening in which the saved interfaces have no oxide on the silicon.
 double open_share(const levelset::MaterialStack& stack) {
     const double dx = stack.domain.spacing, radius = 0.5, h = radius / 50.0;
     const std::vector<TriangleMesh> interfaces =
@@ -271,7 +270,7 @@ void check_contact(double spacing) {
     app::run_recipe(recipe, {.output = folder.path, .quiet = true, .observe = observe});
     CHECK(layers == std::vector<std::string>{"Si", "SiO2", "TiN"});
     INFO(spacing);
-    CHECK(share >= 0.95);  // the wall stands in a cell beside it
+    CHECK(share >= 0.95);  // the wall crosses the cells beside it
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ struct Real {
     double time_steps = 0.0, rays = 0.0, memory = 0.0;
 };
 
-// What a run of the program takes: rays of a trace times traces, and its peak resident memory.
+// Cost of a run of the program: rays of a trace times traces, and peak resident memory.
 Real real_run(const std::filesystem::path& folder, const std::string& arguments) {
     const auto outcome = run_program(folder, "run " + arguments + " --quiet -o out", 120);
     INFO(outcome.output);
@@ -41,10 +41,10 @@ void check_within_two(double estimate, double real) {
 TEST_CASE("what a run takes in time steps and rays and memory is estimated to a factor of two", "[slow]") {
     const std::vector<std::pair<std::string, std::vector<std::string>>> rows = {
         {"trench_deposition", {"flux.rays=20000"}},           // one step
-        {"trench_deposition", {"flux.relative_error=0.03"}},  // rays as they are needed
+        {"trench_deposition", {"flux.relative_error=0.03"}},  // rays by the error
         {"trench_deposition",
-         {"flux.rays=20000", "flux.stages=all", "advection.time_integration=rk2"}},  // and for every stage
-        {"deposit_and_etch", {}},  // a loop; what it etches is not on the wafer yet
+         {"flux.rays=20000", "flux.stages=all", "advection.time_integration=rk2"}},  // a trace at every stage
+        {"deposit_and_etch", {}},  // a loop that etches what it has deposited
         {"gds_masked_etch", {}},   // a stop condition
         {"fin_sequence", {}},      // steps that take no time
         {"sputter_facet", {}},     // ions
@@ -54,7 +54,7 @@ TEST_CASE("what a run takes in time steps and rays and memory is estimated to a 
         std::string arguments = config("quick/" + name + ".toml");
         for (const std::string& setting : overrides) arguments += " --set " + setting;
         const Real real = real_run(folder.path, arguments);
-        // Enough effort for all rays, so that the machine's speed does not matter.
+        // The effort suffices for all rays, so that the machine's speed does not matter.
         const app::Estimate estimate = app::estimate_run(
             app::load_recipe(SIDEWALL_SOURCE_DIR "/configs/quick/" + name + ".toml", overrides), 1e3);
         CAPTURE(name, overrides, estimate.time_steps, real.time_steps, estimate.rays, real.rays,
@@ -99,7 +99,7 @@ TEST_CASE("a wafer that takes too long to build is not built for an estimate, wh
     CHECK(refused.building > 0.0);
     CHECK(refused.memory > 0.0);
     CHECK(refused.seconds == 0.0);
-    // In proportion to cells and layers.
+    // The time to build a wafer is proportional to cells and layers.
     const auto building = [](const std::vector<std::string>& overrides) {
         return app::estimate_run(
                    app::load_recipe(SIDEWALL_SOURCE_DIR "/configs/quick/oxide_nitride_stack.toml", overrides),

@@ -10,7 +10,7 @@
 #include "app/process/simulation.hpp"
 #include "tests/integration/run_program.hpp"
 
-// What a run tells of what happened, at once and in its summary.
+// Events that a run reports at once and in its summary.
 using namespace sidewall;
 using nlohmann::json;
 
@@ -26,7 +26,7 @@ method = "none"
 material = "Si"
 )";
 
-// Silicon etches under a strip of mask, 0.2 thick and 0.6 wide.
+// Silicon etches under a line of mask, 0.2 thick and 0.6 wide.
 const std::string kUndercut = kEventStrip + R"([[layer]]
 material = "Mask"
 shape = "mask"
@@ -65,12 +65,12 @@ TEST_CASE("a mask undercut from both sides is told once, when it hangs, and so i
     CHECK(hanging[0]["material"].get<std::string>().starts_with("Mask"));
     CHECK(hanging[0]["volume"].get<double>() == Approx(0.6 * 0.2 * 0.2).epsilon(0.1));
     CHECK(hanging[0]["step"] == 1);
-    // The same against a reflective side, which mirrors the strip.
+    // Half of the line at a reflective side, which mirrors it.
     const json half = run_events(kUndercut + "1.2\n", {"layer[1].position=[1.0,0.0]"});
     REQUIRE(events(half, "piece-detached").size() == 1);
     CHECK(events(half, "piece-detached")[0]["volume"].get<double>() ==
           Approx(0.5 * 0.6 * 0.2 * 0.2).epsilon(0.1));
-    // It stands as long as something holds it.
+    // The mask is no detached piece as long as silicon holds it.
     CHECK(run_events(kUndercut + "0.5\n")["events"].empty());
 
     const json closed = run_events(R"([domain]
@@ -94,7 +94,7 @@ duration = 0.8
     const auto voids = events(closed, "void-closed");
     REQUIRE(closed["events"].size() == 1);
     REQUIRE(voids.size() == 1);
-    // Half the opening's width, grown from both sides.
+    // The opening closes when the film on both sides is half its width.
     CHECK(voids[0]["time"].get<double>() == Approx(0.6).margin(2.0 * 0.05 / 0.5));
     CHECK(voids[0]["count"] == 1);
 }
@@ -112,7 +112,7 @@ TEST_CASE("who stops a run while its wafer is built waits for no layer, and find
 }
 
 TEST_CASE("a material that vanishes is told with its time and step, whatever corners hold of it") {
-    // Rate times time is the thickness after 1.2 s. Oxide below stays.
+    // The nitride is etched through after 1.2 s; the oxide below stays.
     const std::string wafer = kEventStrip + R"([[layer]]
 material = "SiO2"
 thickness = 0.1
@@ -135,7 +135,7 @@ rate = { Si3N4 = -0.15 }
     REQUIRE(events(mask, "material-vanished").size() == 1);
     CHECK(events(mask, "material-vanished")[0]["name"] == "1 etch");
 
-    // A film comes, goes, and comes again: what it leaves in the corners of the trench is no film.
+    // A film is deposited and removed twice; residues in the trench's corners do not count as film.
     const json film = run_events(wafer + R"([[step]]
 repeat = 2
 [[step.steps]]
@@ -159,7 +159,7 @@ rate = { Polymer = -0.3 }
         CHECK(time > 0.4 - step);
         CHECK(time < 0.4 * std::sqrt(2.0) + 2.0 * step);
     }
-    // By a step that takes no time.
+    // A step that takes no time makes a material vanish, too.
     const json strip =
         run_events(wafer + "[[step]]\nmodel = \"strip\"\nmaterial = \"Si3N4\"\n" +
                    "[[step]]\nmodel = \"isotropic\"\nrate = 0.1\ndeposit = \"W\"\nduration = 0.5\n");
@@ -256,7 +256,7 @@ measures = ["depth", "film"]
     REQUIRE(steps.size() == 4);
     const char* why[] = {"duration", "stop_material", "stop_depth", "duration"};
     const double asked[] = {0.0, 9.0, 9.0, 0.7}, took[] = {0.0, 1.0, 2.0, 0.7};
-    double time = 0.0;  // a stop condition is passed by a twentieth of a cell at most, 0.025 s here
+    double time = 0.0;  // a stop is overshot by a twentieth of a cell at most, 0.025 s here
     for (std::size_t k = 0; k < 4; ++k) {
         CHECK(steps[k]["stopped_by"] == why[k]);
         CHECK(steps[k]["asked_duration"] == asked[k]);
@@ -264,7 +264,7 @@ measures = ["depth", "film"]
         time += steps[k]["duration"].get<double>();
     }
     CHECK(summary["time"].get<double>() == Approx(time));
-    // On 2.0 x 0.2 of wafer.
+    // Volumes on a wafer of 2.0 x 0.2.
     const json& volumes = summary["volumes"];
     CHECK(volumes["Polymer"]["gross_added"].get<double>() == Approx(0.4 * (0.1 + 0.07)).epsilon(0.01));
     CHECK(volumes["Polymer"]["gross_removed"].get<double>() == Approx(0.4 * 0.1).epsilon(0.01));
@@ -272,7 +272,7 @@ measures = ["depth", "film"]
     CHECK(volumes["SiO2"]["net"].get<double>() == Approx(-0.4 * 0.2).epsilon(0.01));
     CHECK(volumes["Si"]["net"] == 0.0);
     CHECK(summary["volume_unit"] == "um^3");
-    // On a flat wafer a film covers no step.
+    // A flat wafer has no step to cover.
     CHECK(summary["metrology"]["film_top"].get<double>() == Approx(0.07).epsilon(0.01));
     CHECK_FALSE(summary["metrology"].contains("step_coverage_bottom"));
     CHECK_FALSE(summary["metrology"].contains("step_coverage_side"));
@@ -281,7 +281,7 @@ measures = ["depth", "film"]
         if (part.is_structured())
             for (const json& inner : part) self(inner, self);
         else if (part.is_number_float()) {
-            // Its text may be longer: JSON's writer takes 17 digits for some numbers that need three.
+            // Its text may be longer: the JSON writer takes 17 digits for some numbers that need three.
             const double value = part;
             CHECK(std::stod(fmt::format("{:.9g}", value)) == value);
         }
@@ -309,7 +309,7 @@ duration = )" + duration + "\n[metrology]\nmeasures = [\"film\"]\n")["metrology"
     CHECK(coverage("1.0")["step_coverage_side"].get<double>() == Approx(1.0).epsilon(0.02));
     CHECK(coverage("1.0")["step_coverage_bottom"].get<double>() == Approx(1.0).epsilon(0.02));
     CHECK_FALSE(coverage("0.005").contains("step_coverage_bottom"));  // a hundredth of a cell
-    CHECK_FALSE(coverage("5.0").contains("step_coverage_bottom"));    // full
+    CHECK_FALSE(coverage("5.0").contains("step_coverage_bottom"));    // the trench is full
 }
 
 TEST_CASE("a run that no terminal shows tells its tenths and events on standard error, a quiet one nothing") {
@@ -361,7 +361,7 @@ TEST_CASE("a run stopped after an event and resumed tells the same summary as on
     const auto resumed = test::run_program(folder.path, "run mask.toml -o parts --resume");
     INFO(resumed.output);
     REQUIRE(resumed.exit_code == 0);
-    CHECK(test::count(resumed.output, "hangs in the gas") == 0);  // it has been told
+    CHECK(test::count(resumed.output, "hangs in the gas") == 0);  // it was reported before
     const auto summary = [&](const char* name) {
         json read = json::parse(test::read_bytes(folder.path / name / "summary.json"));
         read.erase("timing");

@@ -7,7 +7,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A step that traces and one that does not, on a few cells; surfaces, interfaces, traced meshes and profiles.
+// A step that traces and one that does not, on a few cells; surfaces, interfaces, traced meshes, profiles.
 const std::string kTiny = R"([domain]
 extent = [1.0, 0.5]
 grid_spacing = 0.125
@@ -53,8 +53,8 @@ fs::path run_whole(const fs::path& folder) {
     return work;
 }
 
-// Runs the recipe again over its result; each call on a file fails in a copy (tests/faults/copies.cpp), which
-// judges what came of it.
+// Runs the recipe again over its result; each call on a file fails in a copy of the run
+// (tests/faults/copies.cpp), which checks the outcome.
 Ends fail_each_file_call() {
     const Folder folder;
     const fs::path work = run_whole(folder.path);
@@ -95,7 +95,7 @@ TEST_CASE("an allocation that fails ends a run with a message and exit code 4, f
     const Folder folder;
     const fs::path work = run_whole(folder.path), expected = folder.path / "expected";
     int refused = 0,
-        unharmed = 0;  // a library may do without some memory; three in a row: the run asks for less
+        unharmed = 0;  // libraries may do without some memory; after three in a row the run needs less
     for (long n = 1000; unharmed < 3; n += n / 4) {
         fs::remove_all(work / "out");
         fs::copy(expected / "out", work / "out", fs::copy_options::recursive);

@@ -37,7 +37,7 @@ void run_all(const test::Folder& folder, const std::vector<std::string>& command
     }
 }
 
-/// The values of an array of a file whose data are appended, compressed by blocks.
+/// The values of an array of a VTU file whose data are appended, compressed by blocks.
 template <class T>
 std::vector<T> vtu_array(const std::string& file, const std::string& name) {
     const std::string key = "Name=\"" + name + "\"";
@@ -174,7 +174,7 @@ TEST_CASE("the files of tetrahedra hold what was made, and VTK and Gmsh read the
     const std::string vtu = test::read_bytes(folder.path / "1.vtu");
     const auto points = vtu_array<double>(vtu, "Points");
     REQUIRE(points.size() == 3 * mesh.vertices.size());
-    // To rounding: these tests and the program may each have their own compilation of Eigen's solvers.
+    // Equal to rounding: these tests and the program may each have their own compilation of Eigen's solvers.
     for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
         REQUIRE((Vec3(points[3 * v], points[3 * v + 1], points[3 * v + 2]) - mesh.vertices[v])
                     .cwiseAbs()
@@ -253,7 +253,7 @@ TEST_CASE("names of materials with commas, quotes, blanks and letters of any scr
         // 1 um by 0.4 um; the last film has lost 0.1 of its 0.4 um.
         CHECK(told["regions"][k + 1]["volume"].get<double>() == Approx(k < 3 ? 0.16 : 0.12).epsilon(1e-3));
         CHECK(app::material_id(known, names[k]));
-        std::string in_msh = names[k];  // which has no way to write double quotes
+        std::string in_msh = names[k];  // MSH files cannot hold double quotes
         std::replace(in_msh.begin(), in_msh.end(), '"', '\'');
         CHECK(msh.find("\"" + in_msh + "\"\n") != std::string::npos);
     }
@@ -396,7 +396,7 @@ TEST_CASE("what export cannot do is said", "[foreign][slow]") {
     says("run -o x.step", 2, "must end in .vtu or .msh");
     says("run -o x.stl --size 1", 2, "--size");
     says("nowhere -o x.vtu", 3, "nowhere");
-    says("run -o x.vtu", 3, "recipe.toml");  // not a whole folder
+    says("run -o x.vtu", 3, "recipe.toml");  // the folder is incomplete
     std::ofstream(folder.path / "run/recipe.toml") << "[domain]\nextent = [2.0, 2.0]\ngrid_spacing = 0.1\n";
     says("run -o x.vtu --size 0", 2, "--size 0");
     says("run -o x.vtu --size nan", 2, "--size");
@@ -406,7 +406,7 @@ TEST_CASE("what export cannot do is said", "[foreign][slow]") {
     says("run -o nofolder/../run/surface.pvd/x.vtu", 5, "surface.pvd");
     CHECK_FALSE(std::filesystem::exists(folder.path / "x.vtu"));
     says("run -o x.vtu --bottom=-1e9", 2, "--bottom -1e+09: must lie less than");
-    // Nothing of the run is replaced, nor one output by the other.
+    // No file of the run is replaced, nor one output by the other.
     says("run -o run/surface_0001.vtp", 2, "among the run's own files");
     says("run -o run.vtm", 2, "among the run's own files");
     says("run -o x.stl --json run/recipe.toml", 2, "among the run's own files");

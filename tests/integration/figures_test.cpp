@@ -52,7 +52,7 @@ std::string figures_refusal(const std::string& text) {
     return "accepted";
 }
 
-// Corners lie within a part of a cell of where they should; plane faces to a thousandth of it.
+// Tolerance of plane faces, a thousandth of a cell each; corners are off by a larger part of a cell.
 constexpr double kFace = 2.0 * (1e-3 + 1e-9) * 0.05;
 
 }  // namespace
@@ -63,7 +63,7 @@ TEST_CASE("widths, thicknesses and volumes of a line and of a lined trench are t
                      kIsotropicStep);
     CHECK(line("cd_SiO2_at_-0.25") == Approx(0.6).margin(kFace));
     CHECK(std::isnan(line("cd_SiO2_at_0.25")));
-    CHECK(std::isnan(line("cd_Si_at_0.25")));  // from side to side
+    CHECK(std::isnan(line("cd_Si_at_0.25")));  // silicon fills this height
     CHECK(line("thickness_SiO2_at_0.1") == Approx(0.5).margin(kFace));
     CHECK(line("thickness_SiO2_at_1") == Approx(0.0).margin(kFace));
     CHECK(line("volume_SiO2") == Approx(0.6 * 0.5).margin(4.0 * 0.05 * 0.05));
@@ -84,7 +84,7 @@ TEST_CASE("widths, thicknesses and volumes of a line and of a lined trench are t
 }
 
 TEST_CASE("walls and openings that cross a periodic side are measured as any others") {
-    // The same line with its lining, in the middle and across the side, where half of it lies at either end.
+    // A line with its lining, in the middle and across the side, where half of it lies at either end.
     const auto wafer = [](double x) {
         return Wafer(
             fmt::format(
@@ -107,7 +107,7 @@ TEST_CASE("walls and openings that cross a periodic side are measured as any oth
 }
 
 TEST_CASE("a film in a trench over a side is measured as one in the middle") {
-    // 0.2 on top, 0.25 on the walls, 0.3 on the floor, of a trench 1.2 wide and 1 deep.
+    // A film of 0.2 on top, 0.25 on the walls and 0.3 on the floor of a trench 1.2 wide and 1 deep.
     const auto wafer = [](const std::string& boundary, double x) {
         return Wafer(
             fmt::format("[domain]\nextent = [4.0]\ngrid_spacing = 0.05\nboundary = \"{0}\"\n"
@@ -137,7 +137,7 @@ TEST_CASE("a film in a trench over a side is measured as one in the middle") {
 }
 
 TEST_CASE("a film halfway down at the ceiling of a cavity is no film on a wall") {
-    // 0.1 everywhere; below the trench's upper half a cavity as wide as the domain begins.
+    // A film of 0.1 everywhere; a cavity as wide as the domain begins below the trench's upper half.
     const auto film = [](double ceiling) {
         return run_profile(
             kProfileDomain + kSilicon +
@@ -172,8 +172,8 @@ TEST_CASE("an even film is as thick on a floor that is deeper in one of its corn
 }
 
 TEST_CASE("rounding of a flat base does not choose where the film on it is measured") {
-    // A film 0.5 thick with a hump, on a base that is lowest, by rounding or by the shift of faces on nodes
-    // of a coarser level, anywhere: beside is where the profile begins, the floor in its middle.
+    // A film 0.5 thick with a hump. Its base is lowest anywhere, by rounding or by the shift of faces on
+    // nodes of a coarser level. The top is measured where the profile begins, the floor in its middle.
     const double dx = 0.1;
     for (const double ripple : {1e-15, 1e-12, 8e-3 * dx})
         for (int lowest = 0; lowest <= 64; lowest += 4) {
@@ -224,7 +224,7 @@ TEST_CASE("a stop at a figure that cannot be is refused, or told when its step h
     CHECK(figures_refusal(with("thickness_Si_at_0 < 1")).find("has no end below") != std::string::npos);
     CHECK(figures_refusal(with("thickness_Si_at_2.5 < 1")).find("outside the domain") != std::string::npos);
     CHECK(figures_refusal(with("volume_Si < 1")) == "accepted");
-    // What an earlier step deposits is there, and gone after it is stripped.
+    // A film of an earlier step is on the wafer until it is stripped.
     const std::string film = "[[step]]\nmodel = \"conformal\"\nmaterial = \"SiO2\"\nthickness = 0.3\n",
                       strip = "[[step]]\nmodel = \"strip\"\nmaterial = \"SiO2\"\n",
                       stop = kIsotropicStep + "stop = \"thickness_SiO2_at_0 < 0.1\"\n";
@@ -271,25 +271,25 @@ TEST_CASE("a layer's recess is how far it stands back behind its neighbours") {
         "[[layer]]\nsubtract = true\nshape = \"trench\"\nwidth = 1.0\ndepth = 1.0\ntop = 0.8\n"
         "[[layer]]\nsubtract = true\nshape = \"gap\"\nz = 0.2\nheight = 0.4\nlength = 1.5\n" +
         kIsotropicStep);
-    CHECK(wafer("recess_SiGe") == Approx(0.25).margin(0.1 * 0.05));  // rounded where it ends
+    CHECK(wafer("recess_SiGe") == Approx(0.25).margin(0.1 * 0.05));  // the end of the recess is rounded
     // Within a cell of a corner the boundary of two materials is slanted, and either may be at the wall.
     CHECK(wafer("recess_Si") == Approx(0.0).margin(0.05));
     CHECK(std::isnan(wafer("recess_W")));
 
-    // A mask that nothing etches does not stand back, however narrow the pit's floor begins.
+    // A mask that is not etched has no recess, however narrow the pit's floor is at first.
     const Json pit = run_profile(
         kProfileDomain +
         "[metrology]\nmeasures = [\"recess_Mask\", \"wall_Mask_at_-0.2\", \"cd_at_-0.2\"]\n" + kSilicon +
         "[[layer]]\nmaterial = \"Mask\"\nshape = \"trench\"\nthickness = 0.4\nwidth = 1.0\n"
         "[[step]]\nmodel = \"isotropic\"\nduration = 0.5\nrate = { Si = -1.0 }\n")["metrology"];
     CHECK(pit["recess_Mask"].get<double>() == Approx(0.0).margin(0.5 * 0.05));
-    // From its opening to the next one, in the mirrored wafer.
+    // The mask's wall reaches from its opening to the next one in the mirrored wafer.
     CHECK(pit["cd_at_-0.2"].get<double>() == Approx(1.0).margin(0.1 * 0.05));
     CHECK(pit["wall_Mask_at_-0.2"].get<double>() == Approx(3.0).margin(0.1 * 0.05));
 }
 
 TEST_CASE("roughness is three standard deviations of edges and width") {
-    // Edges that wave along y by the amplitude, in phase or against each other.
+    // Edges that follow a wave of this amplitude along y, in phase or against each other.
     constexpr double kAmplitude = 0.1, kLength = 2.0;
     const auto wafer = [&](double phase) {
         std::string points;
@@ -322,7 +322,7 @@ TEST_CASE("roughness is three standard deviations of edges and width") {
     CHECK(against("ler_at_-0.2") == Approx(edge).margin(slack));
     CHECK(against("lwr_at_-0.2") == Approx(2.0 * edge).margin(2.0 * slack));
 
-    // Mirrored copies of an opening and its equals are not hopped between.
+    // Edges of one opening are not mixed with those of its mirror image or of an equal opening.
     const Wafer straight(
         "[domain]\nextent = [4.0, 2.0]\ngrid_spacing = 0.1\n[[layer]]\nmaterial = \"Si\"\nshape = \"trench\"\nwidth = 0.8\n"
         "depth = 1.0\nposition = [-1.0, 0.0]\n[[layer]]\nsubtract = true\nshape = \"trench\"\nwidth = 0.8\ndepth = 1.0\n"
@@ -339,7 +339,7 @@ TEST_CASE("a step ends where a figure passes a value, within a twentieth of a ce
     CHECK(depth["steps"][0]["stopped_by"] == "stop");
     const Json same = run_profile(wafer + etch + "stop_depth = 0.123\n");
     CHECK(depth["time"] == same["time"]);
-    const Json volume = run_profile(wafer + etch + "stop = \"volume_SiO2 <= 0.8\"\n");  // of 2.0, on 4.0
+    const Json volume = run_profile(wafer + etch + "stop = \"volume_SiO2 <= 0.8\"\n");  // from 2.0
     CHECK(volume["time"].get<double>() == Approx(3.0).margin(0.05 * 0.05 / 0.1));
     const Json film =
         run_profile(wafer +
@@ -350,7 +350,7 @@ TEST_CASE("a step ends where a figure passes a value, within a twentieth of a ce
         kProfileDomain + "[[layer]]\nmaterial = \"Si\"\nshape = \"trench\"\nwidth = 1.0\ndepth = 1.0\n" +
         etch + "stop = \"cd_at_0.5 > 1.3\"\n");
     CHECK(width["time"].get<double>() == Approx(1.5).margin(0.05 * 0.05 / 0.1 + 0.02));
-    // It does not exist, or does not come: the whole duration.
+    // A figure that does not exist, or is not reached, leaves the whole duration.
     CHECK(run_profile(
               wafer +
               "[[step]]\nmodel = \"isotropic\"\nduration = 1.0\nrate = -0.1\nstop = \"cd_at_0.5 > 9\"\n")
@@ -388,7 +388,7 @@ TEST_CASE("bad figures and conditions are refused with the nearest name", "[fore
     CHECK(measures("volume_SiGe") == "accepted");
     CHECK(measures("depht").find("did you mean depth?") != std::string::npos);
     CHECK(measures("wall_W_at_x").find("metrology.measures[1] = ") != std::string::npos);
-    // One name a place, so that a table has one column of it.
+    // A place has one spelling, so that a table has one column for it.
     CHECK(measures("ler_at_0.50") != "accepted");
 }
 

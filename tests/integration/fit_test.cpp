@@ -12,7 +12,7 @@ using nlohmann::json;
 
 namespace {
 
-// A tenth of a second.
+// A recipe that takes a tenth of a second.
 const std::string kFitted = R"(
 [domain]
 extent = [4.0, 1.0]
@@ -71,9 +71,9 @@ double value(const json& fit, const std::string& key) {
 
 TEST_CASE("three hidden parameters of a deposition are found within 2 % in at most 40 runs", "[slow]") {
     const FitFolder c;
-    // Half the spacing, and all points of the profile: what re-triangulation does to four figures of the
-    // coarse recipe, 0.08 %, is 3 % of the exponent.
-    // In space: as a profile, with one row of triangles for four, the fit had not converged after 40 runs.
+    // Half the spacing, and all points of the profile: on the coarse grid re-triangulation changes four
+    // figures by 0.08 %, which is 3 % of the exponent. The run is in space: as a profile, with one row of
+    // triangles for four, the fit does not converge in 40 runs.
     const std::string less_noise =
         " --set flux.method=monte-carlo --set flux.rays=100000 --set simplify.method=none --set domain.grid_spacing=0.125 "
         "--set domain.strip=space";
@@ -108,7 +108,7 @@ TEST_CASE("three hidden parameters of an etch are found within 2 % from two of i
     const std::string neutral = "step[0].species[0].rate.Si", ion = "step[0].species[1].rate.Si",
                       exponent = "step[0].species[1].source_exponent";
     const auto values = [&](const std::string& a, const std::string& b, const std::string& n) {
-        // Half the spacing: re-triangulation on the coarse grid is 2 to 3 % of the exponent.
+        // Half the spacing: on the coarse grid re-triangulation makes 2 to 3 % of the exponent.
         return " --set domain.grid_spacing=0.05 --set " + neutral + "=" + a + " --set " + ion + "=" + b +
                " --set " + exponent + "=" + n;
     };
@@ -159,7 +159,7 @@ TEST_CASE("two geometries tell together the rate that they share and what each h
     c.run("report fit -o fit.html");
 }
 
-// By Euler's method 0.161 and 0.1502 at cfl 0.5 and 0.05, with the film's error of first order: 0.148 in the
+// Euler's method gives 0.161 and 0.1502 at cfl 0.5 and 0.05. The film's error is of first order: 0.148 in the
 // limit.
 TEST_CASE("the quick trench has a step coverage of 0.55 at a sticking of 0.148", "[slow]") {
     const FitFolder c;
@@ -202,7 +202,7 @@ TEST_CASE(
         CHECK(found["method"] == method);
         CHECK(found["residuals"]["depth"]["got"].get<double>() == Approx(1.0).epsilon(0.01));
     }
-    // With a part of the runs lost, the same end.
+    // A search that has lost some runs ends at the same point.
     const std::string before = read_bytes(c.path / "crs/fit.json");
     for (const char* run : {"0009", "0010", "0011"}) fs::remove(c.path / "crs/runs" / run / "summary.json");
     c.run(fit + "-o crs --max-runs 100 --method crs --resume");
@@ -222,7 +222,7 @@ TEST_CASE("a fit whose runs do not suffice says so, and calls nothing free that 
     CHECK(fit["status"] == "max-runs");
     CHECK(fit["not_identifiable"].empty());
     CHECK(fit["parameters"]["step[0].sticking"]["interval95"][0].is_null());
-    // More runs go on from there.
+    // More runs continue the fit.
     c.run("fit recipe.toml -o fit --vary step[0].sticking=0.05:0.8 --target film_side=0.3 --quiet --resume");
     CHECK(c.read("fit/fit.json")["status"] == "converged");
 }
@@ -279,7 +279,7 @@ TEST_CASE("a fit that was stopped goes on to the same end with the runs that are
     CHECK(high > value(found, "step[0].sticking"));
     CHECK(found["errors_from"] == "sigma");
     CHECK(found["residuals"]["film_side"]["sigma"] == 0.005);
-    // The best recipe by itself gives what the fit says it does.
+    // A run of the best recipe gives the figure that the fit reports.
     whole.run("run fit/best.toml -o again --quiet");
     CHECK(whole.read("again/summary.json")["metrology"]["film_side"] ==
           found["residuals"]["film_side"]["got"]);
@@ -299,7 +299,7 @@ TEST_CASE("rate and duration, which act as a product, are named as not identifia
     INFO(fit.dump(1));
     CHECK(fit["status"] == "not-identifiable");
     CHECK(fit["not_identifiable"] == json::parse(R"([["step[0].duration", "step[0].rate"]])"));
-    // No bound, or one beyond the range that was searched.
+    // The interval has no bound, or one beyond the range that was searched.
     const json& interval = fit["parameters"]["step[0].rate"]["interval95"];
     CHECK((interval[0].is_null() || interval[0].get<double>() < 0.3));
     CHECK((interval[1].is_null() || interval[1].get<double>() > 1.5));

@@ -93,7 +93,7 @@ TEST_CASE("a strip of one cell grows the film of one ten cells wide, within the 
         more.insert(more.end(), common.begin(), common.end());
         return summary("trench_profile.toml", more)["metrology"];
     };
-    const Json narrow = with({});  // its exchange has no noise
+    const Json narrow = with({});  // radiosity in a profile has no noise
     std::vector<Json> wide;
     for (const char* seed : {"1", "2", "3", "4", "5"})
         wide.push_back(with({"domain.extent=[10.0, 2.5]", "domain.boundary=[\"reflective\", \"periodic\"]",
@@ -119,8 +119,7 @@ TEST_CASE("radiosity and tracing agree on a strip") {
                         std::string("flux.seed=") + seed})["metrology"]["mean_rate"]
             .get<double>();
     };
-    // The whole film: its noise is 0.05 % then. On a grid as coarse, linear elements add 0.3 % at the
-    // corners.
+    // The volume of the film has a noise of 0.05 %; on so coarse a grid linear elements add 0.3 % at corners.
     CHECK(with("radiosity", "1") == Approx(with("monte-carlo", "2")).epsilon(0.005));
 }
 
@@ -139,7 +138,7 @@ TEST_CASE("a thin strip that is the same along y is the profile, with the files 
     CHECK(flat["volume_unit"] == "um^2");
     CHECK(strip["steps"][0]["time_steps"] == flat["steps"][0]["time_steps"]);
     const auto added = [](const Json& json) { return json["metrology"]["added_volume_SiO2"].get<double>(); };
-    CHECK(added(strip) == Approx(added(flat)).epsilon(1e-12));  // 1 um wide
+    CHECK(added(strip) == Approx(added(flat)).epsilon(1e-12));  // the strip is 1 um wide
     CHECK(added(strip) == Approx(added(space)).epsilon(0.05));
     const auto profile = [&](const std::string& name) {
         return test::read_bytes(folder.path / name / "profile_0001.csv");
@@ -154,7 +153,7 @@ TEST_CASE("a thin strip that is the same along y is the profile, with the files 
         CHECK(box(file).min.y() == Approx(-0.5));
         CHECK(box(file).max.y() == Approx(0.5));
     }
-    // Its copy of the recipe says so, and another run can start from it.
+    // The result's copy of the recipe keeps the strip, and another run can start from it.
     CHECK(load_recipe(folder.path / "strip/recipe.toml").domain ==
           parse_recipe(text, "strip.toml", {two}).domain);
     const std::string start = "[domain]\nextent = [4.0, 1.0]\ngrid_spacing = 0.25\n[start]\nfrom = \"";
@@ -165,7 +164,7 @@ TEST_CASE("a thin strip that is the same along y is the profile, with the files 
         CHECK_NOTHROW(
             run_recipe(next, {.output = folder.path / (std::string("from_") + from), .quiet = true}));
     }
-    // What asks for more than a profile runs in space.
+    // A recipe that needs more than a profile runs in space.
     const auto is_profile = [&](const std::vector<std::string>& settings, const std::string& more = "") {
         return parse_recipe(kFlatWafer + more + kFlatStep, "flat.toml", settings).domain.strip ==
                Strip::profile;

@@ -4,7 +4,7 @@
 
 #include "tests/integration/run_program.hpp"
 
-// Lithography in the middle of a flow: resumed, checked, told of, and on the wafer of another run.
+// Lithography in the middle of a flow: resumed, checked, reported, and on the wafer of another run.
 using namespace sidewall::test;
 namespace fs = std::filesystem;
 
@@ -59,7 +59,7 @@ rate = { Si = -0.5 }
 )";
 const std::string kEnd = "[simplify]\nmethod = \"none\"\n[output]\nprofiles = [\"y=0\"]\n";
 
-// Of a run that saved so many surfaces.
+// Bytes of the surfaces and tables that a run saved, by name, without the timeline.
 std::map<std::string, std::string> surfaces_of_flow(const fs::path& folder) {
     std::map<std::string, std::string> bytes;
     for (const auto& entry : fs::directory_iterator(folder)) {
@@ -113,7 +113,7 @@ TEST_CASE("masks and cuts work on the wafer of another run, and check looks at t
     CHECK(check.output.find("model = \"mask\"") != std::string::npos);
     CHECK(check.output.find("openings = true") != std::string::npos);
     CHECK(run_program(folder.path, "run rest.toml -o b").exit_code == 0);
-    // What the recipe could not know of the other's substrate.
+    // A fault that shows only with the other run's substrate.
     const Outcome deep = run_program(folder.path, "run deep.toml -o c");
     INFO(deep.output);
     CHECK(deep.exit_code == 3);

@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A film in a deep hole; the gas sticks so little that it matters how often it is re-emitted.
+// A film in a deep hole; the sticking is so low that re-emission matters.
 const std::string kTwoMethods = R"(
 [domain]
 extent = [1.0, 1.0]
@@ -49,7 +49,7 @@ nlohmann::json summary(const fs::path& folder) {
     return nlohmann::json::parse(read_bytes(folder / "summary.json"));
 }
 
-// Surfaces, profiles and the timeline differ in no byte.
+// Checks that surfaces, profiles and the timeline are equal byte for byte.
 void check_same(const fs::path& a, const fs::path& b) {
     std::size_t count = 0;
     for (const auto& entry : fs::directory_iterator(a)) {
@@ -84,8 +84,8 @@ TEST_CASE("a film grown with radiosity is Monte Carlo's within the errors of bot
         return runs[run].summary["metrology"]["added_volume_SiO2"].get<double>();
     };
     CHECK(std::abs(film(0) - film(1)) < (errors[0] + errors[1]) * film(0));
-    // And so is its thickness in the mean over the surface, whose area is about the film's over its growth.
-    // What meshes of different runs differ in by themselves is a hundredth of a grid spacing.
+    // The film's mean thickness is off by no more, either; its area is about the surface's. In addition
+    // meshes of different runs differ by a hundredth of a grid spacing.
     double area = 0.0;
     for (std::size_t t = 0; t < runs[0].surface.triangles.size(); ++t)
         area += triangle_area(runs[0].surface, t);
@@ -98,7 +98,8 @@ TEST_CASE("a run with radiosity has the same bits on any number of threads and w
     const Folder folder;
     test::write_bytes(folder.path / "recipe", kTwoMethods);
     std::string shorter = kTwoMethods;
-    shorter.replace(shorter.rfind("duration = 0.09"), 15, "duration = 0.045");  // ends within the last step
+    shorter.replace(shorter.rfind("duration = 0.09"), 15,
+                    "duration = 0.045");  // within the last step
     for (const std::string method : {"radiosity", "auto"}) {
         const std::string set = " --quiet --set flux.method=" + method + " -o ";
         REQUIRE(run_program(folder.path, "run recipe --threads 1" + set + "one").exit_code == 0);
@@ -122,7 +123,7 @@ TEST_CASE(
     const auto told = run_program(folder.path, "run recipe --set flux.method=auto -o out");
     INFO(told.output);
     REQUIRE(told.exit_code == 0);
-    // Two kinds of steps have a neutral, at sticking 0.05 and 0.02: one line, or one for each method.
+    // Two different steps have a neutral, at sticking 0.05 and 0.02: one line, or one for each method.
     const std::size_t traced = test::count(told.output, "neutral by monte-carlo"),
                       solved = test::count(told.output, "neutral by radiosity");
     CHECK(traced <= 1);

@@ -6,8 +6,7 @@
 #include "tests/integration/run_program.hpp"
 #include "tests/restated.hpp"
 
-// Steps whose laws the recipe writes: the same as the built-in models, the same on any threads and when
-// resumed.
+// Models written as formulas: equal to the built-in ones, on any number of threads and when resumed.
 using namespace sidewall;
 using namespace sidewall::test;
 namespace fs = std::filesystem;
@@ -21,7 +20,7 @@ TriangleMesh run(const Folder& folder, const std::string& recipe, const std::str
     return app::run_recipe(app::parse_recipe(recipe, "recipe.toml"), options).surface;
 }
 
-// Farthest apart, in grid spacings.
+// Largest distance between two surfaces, in grid spacings.
 double apart(const TriangleMesh& one, const TriangleMesh& other, double spacing) {
     return surface::two_sided_distance(one, other).max / spacing;
 }
@@ -75,7 +74,7 @@ TEST_CASE("a formula step is the same on one thread and two, and when it is resu
     const std::string surface = read_bytes(folder.path / "one" / "surface_0001.vtp");
     CHECK(surface.size() > 1000);
     CHECK(read_bytes(folder.path / "two" / "surface_0001.vtp") == surface);
-    // Stopped in the second quarter.
+    // The run is stopped in the second quarter.
     const Outcome stopped =
         run_with_fault(folder.path, "kill 120", "run slow.toml -o three --set output.every=0.25");
     CHECK(stopped.exit_code != 0);
@@ -115,7 +114,7 @@ method = "none"
     const double exact = 0.1 * (1.0 - 0.5 * (1.0 - std::exp(-2.0)));
     double lowest = 0.0;
     for (const Vec3& p : surface.vertices) lowest = std::min(lowest, p.z());
-    // Speeds are those at the start of each of 200 time steps: behind by dt/2 of what theta changes by.
+    // Speeds are those at the start of each of 200 time steps: they lag by dt/2 of the change of theta.
     CHECK(-lowest == Approx(exact).margin(0.1 * 0.5 / 200.0 * (1.0 - std::exp(-2.0)) * 1.05 + 2e-5));
 }
 

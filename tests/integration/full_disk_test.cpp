@@ -50,12 +50,12 @@ Files files_in(const fs::path& folder) {
     return files;
 }
 
-// Surfaces, interfaces and the recipe do not tell how long anything took, nor where a run was resumed.
+// Whether a file has the same bytes in every run: it holds no seconds and no place of resuming.
 bool repeats(const std::string& name) {
     return name.ends_with(".vtp") || name.ends_with(".toml");
 }
 
-// Every file of the one run is in the other.
+// Checks that all expected files are there, with their bytes where these are the same in every run.
 void check_holds(const Files& folder, const Files& expected) {
     for (const auto& [name, bytes] : expected) {
         CAPTURE(name);
@@ -64,7 +64,7 @@ void check_holds(const Files& folder, const Files& expected) {
     }
 }
 
-// What a run that failed has left: whole files of it, and whole rows.
+// Checks that a failed run has left whole files and whole rows only.
 void check_whole(const Files& left, const Files& whole) {
     for (const auto& [name, bytes] : left) {
         CAPTURE(name);
@@ -85,7 +85,7 @@ TEST_CASE("a disk that fills up during a run ends it with exit code 5, and the l
     std::ofstream(folder.path / "quick.toml") << kQuick;
     REQUIRE(run_program(folder.path, "run quick.toml -o whole --quiet").exit_code == 0);
     // The film makes the last checkpoint the largest file of all, so that it alone does not fit. The shell
-    // counts blocks of 512 bytes. A program that has not been told otherwise is killed for this by SIGXFSZ.
+    // counts blocks of 512 bytes. By default SIGXFSZ kills a program that exceeds this limit.
     const std::string blocks =
         std::to_string((fs::file_size(folder.path / "whole/checkpoint.vdb") - 1) / 512);
     for (const std::string trap : {"trap '' XFSZ; ", ""}) {
@@ -109,7 +109,7 @@ TEST_CASE("a write refused at any operation of a run ends it with exit code 5, f
           "[slow]") {
     const Folder folder;
     std::ofstream(folder.path / "quick.toml") << kQuick;
-    // Saves at its start and at its end.
+    // The run saves at its start and at its end.
     const std::string run = "run quick.toml --set output.every=1 --threads 1 --quiet -o ";
     REQUIRE(run_program(folder.path, run + "whole").exit_code == 0);
     const Files whole = files_in(folder.path / "whole");
@@ -159,7 +159,7 @@ TEST_CASE("a damaged checkpoint is refused by name within a second and 200 MB", 
     REQUIRE(run_program(folder.path, "run quick.toml -o out --quiet").exit_code == 0);
     const fs::path path = folder.path / "out/checkpoint.vdb";
     const std::string whole = read_bytes(path);
-    fs::remove(folder.path / "out/summary.json");  // else there is nothing to resume
+    fs::remove(folder.path / "out/summary.json");  // else the run has ended
     std::vector<std::string> damaged;
     for (std::size_t k = 0; k < 10; ++k) damaged.push_back(whole.substr(0, k * whole.size() / 10));
     std::mt19937 random(3);
@@ -183,7 +183,7 @@ TEST_CASE("a damaged checkpoint is refused by name within a second and 200 MB", 
         CHECK(std::all_of(outcome.output.begin(), outcome.output.end(),
                           [](char c) { return c == '\n' || (c >= ' ' && c <= '~'); }));
     }
-    rusage usage{};  // of the largest program that this one has waited for
+    rusage usage{};  // usage of the largest child process so far
     REQUIRE(getrusage(RUSAGE_CHILDREN, &usage) == 0);
     if (kFullSpeed) CHECK(usage.ru_maxrss < 200'000);  // kB
 }
@@ -215,7 +215,7 @@ TEST_CASE("what standard output or a device refuses is exit code 5, with a messa
     }
     CHECK(fs::is_character_file("/dev/full"));
 
-    // Closed streams: no file that the run writes takes their place.
+    // With closed streams no file of the run takes their descriptors.
     CHECK(run_command(folder.path, "'" SIDEWALL_PROGRAM "' check quick.toml 2>&1 >&-").exit_code == 5);
     REQUIRE(run_program(folder.path, "run quick.toml -o open --quiet").exit_code == 0);
     CHECK(

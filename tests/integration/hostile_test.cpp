@@ -10,8 +10,7 @@
 #include "tests/app/recipe/gds_bytes.hpp"
 #include "tests/integration/run_program.hpp"
 
-// Files that are small and ask for much, and surroundings that give little: the program says so, and ends by
-// itself.
+// Small files that ask for much, and surroundings that offer little: the program ends with a message.
 namespace {
 
 using sidewall::test::Folder;
@@ -82,7 +81,7 @@ TEST_CASE("what a terminal would obey in a name is shown as its code", "[foreign
     const Folder folder;
     const std::string clear = "'a\x1b[2J'";
     sidewall::test::write_bytes(folder.path / "good.toml", kPlain);
-    sidewall::test::write_bytes(folder.path / "a\x1b[2J.toml", kPlain);  // whose name progress tells
+    sidewall::test::write_bytes(folder.path / "a\x1b[2J.toml", kPlain);  // progress shows its name
     for (const auto& [arguments, exit_code] : std::initializer_list<std::pair<std::string, int>>{
              {"run good.toml --set domain.grid_spacing=0.25 -o " + clear, 0},
              {"inspect " + clear, 0},
@@ -152,7 +151,7 @@ TEST_CASE("a standard error that takes no messages does not end the program", "[
         CHECK(exit_code("run good.toml -o out --set step[0].duration=0.1" + closed) == 0);
     }
     CHECK(exit_code("check good.toml 2>/dev/null >&-") == 5);
-    // A reader that has gone.
+    // A pipe whose reader has gone.
     const Outcome piped =
         run_command(folder.path, "( sleep 0.2; '" SIDEWALL_PROGRAM
                                  "' run good.toml -o piped --set step[0].duration=0.1; "
@@ -161,7 +160,7 @@ TEST_CASE("a standard error that takes no messages does not end the program", "[
 }
 
 #ifndef SIDEWALL_SANITIZED
-// Below that the libraries' own start fails, before the program's first line.
+// Least address space in MB for a start: below, the libraries fail to load before the program's first line.
 int least_megabytes() {
     for (int megabytes = 100; megabytes < 1000; megabytes += 10)
         if (run_command(

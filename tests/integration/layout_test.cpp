@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-// The house as design and README draw it, read from the sources' own includes.
+// The layout of the sources that design and README describe, checked by the sources' own includes.
 namespace {
 
 namespace fs = std::filesystem;
@@ -28,7 +28,7 @@ const std::map<std::string, std::vector<std::string>> kLibraries = {
     {"app", {"surface", "levelset", "simplify", "flux"}},
 };
 
-// The rooms of app/: each may include those to its left.
+// The folders of app/: each may include those to its left.
 const std::vector<std::string> kRooms = {
     "common", "schema", "models",   "recipe",     "results", "process",   "pictures", "devices",
     "sweep",  "fit",    "accuracy", "evaluation", "report",  "workbench", "commands", "python"};
@@ -109,7 +109,7 @@ std::string part(const std::string& path, int index) {
     return std::next(names.begin(), index)->string();
 }
 
-// Number of a room, none for what lies in app/ itself.
+// Index in kRooms of a path's folder; none for files in app/ itself.
 std::optional<std::ptrdiff_t> room(const std::string& path) {
     const auto found = std::find(kRooms.begin(), kRooms.end(), part(path, 1));
     return found == kRooms.end() ? std::nullopt : std::optional(found - kRooms.begin());
@@ -135,7 +135,7 @@ TEST_CASE("no include runs upward between the rooms of app/") {
         CAPTURE(include.from, include.to);
         const auto from = room(include.from);
         if (!from) {
-            CHECK(include.from == "app/main.cpp");  // the only source outside of a room
+            CHECK(include.from == "app/main.cpp");  // the only source in app/ itself
         } else if (part(include.to, 0) == "app") {
             const auto to = room(include.to);
             REQUIRE(to);
@@ -254,8 +254,8 @@ TEST_CASE("a public comment begins with a sentence of its own") {
     CHECK(comments > 500);
 }
 
-// A release build joins sources of a folder: a constant in one's unnamed namespace would stand for that of a
-// header in all of them, and the program mean another value than one whose sources are compiled alone.
+// A release build compiles the sources of a folder together. A constant in one source's unnamed namespace
+// would hide that of a header in all of them, and give them another value than sources compiled alone have.
 TEST_CASE("no source's own constant has the name of one in a header of its folder") {
     const std::regex constant(R"(^(?:inline |static )?constexpr [^=(]*\b(k[A-Z]\w*))");
     std::map<std::string, std::map<std::string, std::string>> of_header,

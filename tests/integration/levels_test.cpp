@@ -16,7 +16,7 @@ nlohmann::json levels_summary(const fs::path& folder) {
     return nlohmann::json::parse(test::read_bytes(folder / "summary.json"));
 }
 
-// A fin under a film with a flux, on a wafer wide enough to be coarse beside it.
+// A film grown by a flux on a fin, on a wafer wide enough to have coarse cells beside it.
 const std::string kFin = R"([domain]
 extent = [64.0, 16.0]
 grid_spacing = 0.25
@@ -51,7 +51,7 @@ duration = 0.5
 rate = { SiO2 = -1.0 }
 )";
 
-// A Bosch process whose speeds are given, so that what differs is the grid's alone.
+// A Bosch process with given speeds, so that only the grid makes a difference.
 const std::string kCycles = R"([domain]
 extent = [16.0, 2.0]
 grid_spacing = 0.0625
@@ -79,7 +79,7 @@ directional = { Polymer = -0.008, Si = -0.012, Mask = -0.0006 }
 isotropic = { Polymer = -0.001, Si = -0.03, Mask = -0.0005 }
 )";
 
-// Every eighth time step, the one at whose end columns are chosen, nothing moves.
+// Nothing moves in every eighth time step, at whose end the fine columns are chosen.
 const std::string kPauses = R"([domain]
 extent = [128.0, 32.0]
 grid_spacing = 1.0

@@ -3,7 +3,7 @@
 #include "surface/error.hpp"
 #include "tests/integration/run_program.hpp"
 
-// What the program says of materials and their yields.
+// Output of the program about materials and their yields.
 using namespace sidewall;
 using Catch::Matchers::Contains;
 

@@ -11,7 +11,7 @@
 #include "surface/error.hpp"
 #include "tests/integration/run_program.hpp"
 
-// Figures of the right thing: without a material, at sides of the domain, by step.
+// Figures without a material, at sides of the domain, and by step.
 using namespace sidewall;
 using namespace sidewall::app;
 
@@ -56,11 +56,11 @@ TEST_CASE("figures without a material are those after its strip") {
     CHECK(figure("cd_at_0.4_without_Polymer") == Approx(1.2).margin(kOnNodes));
     CHECK(figure("depth_without_Polymer") == Approx(1.0).margin(kOnNodes));
     CHECK(figure("thickness_Polymer_at_0_without_Polymer") == Approx(0.0).margin(kOnNodes));
-    CHECK(figure("cd_at_0.4") == Approx(0.7).margin(kOnNodes));  // the wafer keeps it
+    CHECK(figure("cd_at_0.4") == Approx(0.7).margin(kOnNodes));  // the polymer stays on the wafer
     CHECK(figure("cd_at_0.4_without_W") == figure("cd_at_0.4"));
     CHECK(figure("cd_at_0.4_without_Si") == figure("cd_at_0.4"));  // the substrate stays
 
-    // As a step that strips it says.
+    // The figures equal those after a step that strips the polymer.
     const std::string
         asked =
             "[metrology]\nmeasures = [\"undercut\", \"bow\", \"bow_without_Polymer\", \"scallops\", \"aspect_ratio\", \"sidewall_angle\", "
@@ -104,7 +104,7 @@ TEST_CASE("a trench over a side of the domain gives the figures of the wafer shi
             for (const char* name : {"film_top", "film_side", "film_bottom"})
                 CHECK(found[name].get<double>() == Approx(0.2).margin(4e-3 * spacing));
         }
-        // To the mirror at x = 2: a trench 2 wide.
+        // A trench up to the mirror at x = 2 is 2 wide with its image.
         const Json half = summary_of_run(trench_at("reflective", spacing, 1.0, 2.0, kEvenFilm))["metrology"];
         CHECK(half["film_bottom"].get<double>() == Approx(0.2).margin(4e-3 * spacing));
         CHECK(half["film_side"].get<double>() == Approx(0.2).margin(4e-3 * spacing));
@@ -135,11 +135,11 @@ TEST_CASE("what no step grows has added nothing, and rates are by step") {
     INFO(summary["volumes"] << summary["steps"]);
     CHECK(summary["metrology"]["added_volume_Si"] == 0.0);
     CHECK(summary["volumes"]["Si"]["gross_added"] == 0.0);
-    // Flat faces grow by 0.1 a time unit as seen from above; etching takes walls, too, of a film that has
-    // none.
+    // The directional film grows on flat faces alone, by 0.1 a time unit as seen from above. The isotropic
+    // etch also takes walls, of which this film has none.
     CHECK(summary["steps"][0]["mean_rate"].get<double>() == Approx(0.1).epsilon(0.02));
     CHECK(summary["steps"][1]["mean_rate"].get<double>() < -0.09);
-    CHECK(summary["steps"][2]["mean_rate"].is_null());  // it takes no time
+    CHECK(summary["steps"][2]["mean_rate"].is_null());  // polishing takes no time
     const double whole = summary["metrology"]["mean_rate"].get<double>();
     CHECK(whole == Approx((2.0 * summary["steps"][0]["mean_rate"].get<double>() +
                            0.5 * summary["steps"][1]["mean_rate"].get<double>()) /

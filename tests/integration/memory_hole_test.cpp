@@ -6,7 +6,7 @@
 #include "app/process/simulation.hpp"
 #include "tests/integration/run_program.hpp"
 
-// The film in a deep hole against rings of a cylinder that exchange molecules in straight flights.
+// The film in a deep hole against a model of cylinder rings that exchange molecules in straight flights.
 using namespace sidewall;
 
 namespace {
@@ -14,17 +14,17 @@ namespace {
 // configs/quick/memory_hole.toml, in nm: ten of its cycles, whose film hardly narrows the hole.
 constexpr double kHoleFilm = 10 * 0.1, kRadius = 50.0 - 0.5 * kHoleFilm, kDepth = 2050.0,
                  kHoleSticking = 0.01;
-constexpr double kDose = 400.0 * 0.5 / 0.5;  // molecules a site, on an open wafer
+constexpr double kDose = 400.0 * 0.5 / 0.5;  // molecules a site that arrive on an open wafer
 constexpr int kParts = 40, kRings = 205;
 constexpr double kRing = kDepth / kRings;
 
-// What passes from one of two equal coaxial discs to the other.
+// View factor between two equal coaxial discs.
 double between_discs(double apart) {
     const double x = 2.0 + std::pow(apart / kRadius, 2.0);
     return 0.5 * (x - std::sqrt(x * x - 4.0));
 }
 
-// Exchange of the rings, and, last, of the floor; each row and what comes from the mouth add up to 1.
+// Exchange factors of the rings and, last, of the floor; each row and the part from the mouth sum to 1.
 struct Cylinder {
     Eigen::MatrixXd exchange = Eigen::MatrixXd::Zero(kRings + 1, kRings + 1);
     Eigen::VectorXd direct{kRings + 1};

@@ -11,14 +11,14 @@
 #include "tests/integration/run_program.hpp"
 #include "tests/surface/surface_meshes.hpp"
 
-// Meshes of other programs through the commands.
+// Meshes of other programs as input of the commands.
 using namespace sidewall;
 using namespace sidewall::test;
 using Catch::Matchers::Contains;
 
 namespace {
 
-// A recipe whose wafer has the mesh \p file on it, or is it; \p step is what it runs.
+// A recipe with these layers, which name a mesh file, one step and one measure.
 std::string recipe(const std::string& layers, const std::string& step, const std::string& measure) {
     return "[domain]\nextent = [4.0, 4.0]\ngrid_spacing = 0.1\nboundary = \"reflective\"\n" + layers +
            "[[step]]\n" + step + "[metrology]\nmeasures = [\"" + measure + "\"]\n";
@@ -81,7 +81,7 @@ TEST_CASE("a wafer whose mesh is listed inside out etches as the right one, and 
 
 TEST_CASE("overlapping bodies have the volume of their union, those with an opening that of the whole",
           "[foreign]") {
-    // The grid cuts edges by parts of a cell's area: 0.005 um^2 of the 12 um of two blocks' at most.
+    // The grid cuts edges off by parts of a cell's area: 0.005 um^2 along the 12 um of two blocks' at most.
     const auto volume = [](const std::string& mesh) {
         return run_wafer(mesh, recipe(kOnSilicon, kNothing, "volume_SiO2"), "volume_SiO2").figure;
     };
@@ -89,7 +89,7 @@ TEST_CASE("overlapping bodies have the volume of their union, those with an open
     CHECK(volume(first) == Approx(2.25).epsilon(0.01));
     CHECK(volume(first + second) == Approx(2.25 + 2.25 - 1.0).epsilon(0.01));
     CHECK(volume(block(0.237, 1) + block(-0.263, 9)) == Approx(3.5).epsilon(0.01));
-    // Without its last face, x = 0.487: a fifth of what is left.
+    // The block without its last face, x = 0.487: the opening is a fifth of the remaining area.
     CHECK(volume(first.substr(0, first.rfind("f "))) == Approx(volume(first)).epsilon(1e-6));
 }
 
@@ -132,7 +132,7 @@ TEST_CASE("a body of loose faces whose corners rounding put apart is the whole o
     };
     const MeshWafer exact = loose(0.0), rounded = loose(2e-7), six_digits = loose(2e-6);
     CHECK(exact.figure == Approx(2.25).epsilon(0.01));
-    // Two faces lie on nodes, beside which rounding puts them: 1e-3 of a spacing on all 13.5 um^2 is the bar.
+    // Two faces lie on nodes and may be rounded to either side: 1e-3 of a spacing on all 13.5 um^2.
     CHECK(rounded.figure == Approx(exact.figure).margin(1e-3 * 0.1 * 13.5));
     CHECK(six_digits.figure == Approx(exact.figure).margin(1e-3 * 0.1 * 13.5));
     CHECK_THAT(exact.outcome.output, Contains("16 vertices of the same position"));
@@ -143,7 +143,7 @@ TEST_CASE("a body of loose faces whose corners rounding put apart is the whole o
 
 TEST_CASE("a mesh that cannot be mended is refused with file, layer and place", "[foreign]") {
     const Folder folder;
-    // A strip of five squares whose last is glued on with a half turn.
+    // A Moebius strip of five squares.
     std::ofstream(folder.path / "w.obj")
         << "v 1 0 0\nv 1 0 0.4\nv 0.3 0.9 0\nv 0.3 0.9 0.4\nv -0.8 0.6 0\nv -0.8 0.6 0.4\nv -0.8 -0.6 0\nv -0.8 -0.6 0.4\n"
            "v 0.3 -0.9 0\nv 0.3 -0.9 0.4\nf 1 3 4 2\nf 3 5 6 4\nf 5 7 8 6\nf 7 9 10 8\nf 9 2 1 10\n";
@@ -152,7 +152,7 @@ TEST_CASE("a mesh that cannot be mended is refused with file, layer and place", 
     CHECK(outcome.exit_code == 2);
     CHECK_THAT(outcome.output,
                Contains("r.toml:10: layer[1].file = \"w.obj\": the surface has one side only: around"));
-    // An L whose caps another program has cut into fans from a corner that does not see all of them.
+    // An L-shaped body whose caps are fans from a corner that does not see all of them.
     const double x[] = {1.03, 0.03, 0.03, -0.97, -0.97, 1.03}, y[] = {0.03, 0.03, 1.03, 1.03, -0.97, -0.97};
     std::string fans;
     for (const char* z : {"-0.52", "0.98"})
@@ -200,7 +200,7 @@ TEST_CASE("simplify welds triangles with vertices of their own and says so, and 
 
 TEST_CASE("a body whose foot lies on the wafer stands on it, whichever way its faces are cut in two",
           "[foreign]") {
-    // On nodes; every face by the one diagonal and by the other.
+    // Faces on nodes, cut along one diagonal or the other.
     const double height = GENERATE(0.6, 0.1);
     const auto cut = [&](std::size_t from) {
         std::string text;

@@ -6,7 +6,7 @@
 #include "app/results/result.hpp"
 #include "tests/integration/run_program.hpp"
 
-// The wafer at the end of every step, and what can be asked of it.
+// The wafer saved at the end of every step, and what can be asked of it.
 using namespace sidewall;
 using nlohmann::json;
 
@@ -94,7 +94,7 @@ TEST_CASE("the end of every step is a row of the timeline and has its measures i
         CHECK(std::stod(ends[k][timeline.column("time").value()]) == time[k]);
         CHECK(std::stod(ends[k][timeline.column("depth").value()]) ==
               Approx(steps[k]["measures"]["depth"].get<double>()).epsilon(1e-5));
-        if (k != 3) continue;  // a liner is as thick as its step says
+        if (k != 3) continue;  // only the liner's thickness is given by its step
         CHECK(steps[k]["measures"]["film_top"].get<double>() == Approx(film[k]).margin(0.002));
     }
     CHECK(steps[5]["measures"]["depth"] == result["metrology"]["depth"]);
@@ -136,7 +136,7 @@ TEST_CASE("inspect, render, export and report take a step or a time of a run's f
     CHECK(etch["finished"] == true);
     CHECK(inspected("--time 2")["measures"]["depth"]["value"].get<double>() == Approx(0.4).margin(0.005));
     CHECK(inspected("--step etch --measure wall_Resist_at_-0.2")["measures"].size() == 1);
-    // The wafer is made anew from its meshes: a hundredth of a cell.
+    // The wafer is rebuilt from its meshes, which makes an error of a hundredth of a cell.
     CHECK(inspected("--step strip --measure cd_at_0.2")["measures"]["cd_at_0.2"]["value"].get<double>() ==
           Approx(1.0).margin(0.005));
     for (const char* command :
@@ -180,7 +180,7 @@ TEST_CASE("an unfinished run can be drawn and measured, and is said to be unfini
         const auto said = test::run_program(folder.path, command);
         INFO(said.output);
         CHECK(said.exit_code == 0);
-        if (std::string(command).starts_with("report")) continue;  // on its page
+        if (std::string(command).starts_with("report")) continue;  // a report says it on its page
         CHECK(says(said, "the run has not ended"));
     }
     CHECK(std::abs(-bounding_box(app::read_result(folder.path / "a.stl").surface).min.z() - 0.5 * time) <

@@ -5,7 +5,7 @@
 #include "app/common/text.hpp"
 #include "tests/integration/run_program.hpp"
 
-// What stands or happens in the folder that a run writes to.
+// Contents of, and changes to, the folder that a run writes to.
 namespace {
 
 using namespace sidewall;
@@ -33,7 +33,7 @@ TEST_CASE("a trial with --set and without -o has a folder of its own, and asks n
     CHECK(fs::exists(results / "flat" / "summary.json"));
     CHECK(fs::exists(results / "flat,step.0.duration=0.2" / "summary.json"));
     CHECK(fs::exists(results / "flat,step.0.duration=0.3" / "summary.json"));
-    // What is gone on with, changed, is where it was.
+    // A resumed run stays in its folder, also with a changed setting.
     run(" --resume --set 'step[0].duration=0.7'");
     CHECK_FALSE(fs::exists(results / "flat,step.0.duration=0.7"));
     std::string longest;
@@ -172,7 +172,7 @@ TEST_CASE(
                 run.output.starts_with(std::string("sidewall: out/") + name + ": is not what the run wrote"));
             CHECK(test::read_bytes(folder.path / "out" / name) == bytes);
             if (place < 0.5) continue;
-            // Without the file it goes on.
+            // Without the damaged file the run resumes.
             fs::remove(folder.path / "out" / name);
             CHECK(test::run_program(folder.path, "run flat.toml -o out --resume --quiet").exit_code == 0);
         }
@@ -216,7 +216,7 @@ TEST_CASE("a fit stops at the first run that the disk refuses, and goes on to th
     const std::string fit =
         "fit flat.toml --quiet --jobs 1 --vary 'step[0].rate=-0.4:-0.1' --target depth=0.1234 --resume -o ";
     REQUIRE(test::run_program(folder.path, fit + "whole", 60).exit_code == 0);
-    for (const char* fault : {"full 40", "full 52", "full 64"}) {  // each run counts by itself
+    for (const char* fault : {"full 40", "full 52", "full 64"}) {  // each run counts its own operations
         fs::remove_all(folder.path / "out");
         const auto full = test::run_with_fault(folder.path, fault, fit + "out", 60);
         INFO(fault << full.output);
@@ -269,7 +269,7 @@ TEST_CASE("where few threads are allowed the program says so, and where it may n
     fs::permissions(folder.path, fs::perms::all);
     fs::create_directory(folder.path / "closed");
     fs::permissions(folder.path / "closed", fs::perms(0555));
-    // The limit binds no administrator.
+    // Permissions do not bind root: another user runs the program.
     const std::string user = ::geteuid() == 0 ? "setpriv --reuid=65534 --clear-groups " : "";
     if (test::run_command(folder.path, user + "'" SIDEWALL_PROGRAM "' --version >/dev/null 2>&1").exit_code !=
         0) {

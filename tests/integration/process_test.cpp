@@ -9,7 +9,7 @@
 #include "surface/files/mesh_io.hpp"
 #include "tests/integration/run_program.hpp"
 
-// Whole processes against what must hold: layers keep their volumes, steps stop where they should.
+// Whole processes: layers keep their volumes, steps stop where they should.
 using namespace sidewall;
 
 namespace {
@@ -88,7 +88,7 @@ TEST_CASE("steps end at the depth, the material and the thickness they name") {
         wafer + "[[step]]\nmodel = \"isotropic\"\nduration = 9.0\nrate = -0.1\nstop_material = \"Si\"\n");
     CHECK(material.metrology("depth") == Approx(0.0).margin(0.5 * 0.05));
     CHECK(material.time() == Approx(5.0).epsilon(0.005));
-    // Slowly onto what would go fast.
+    // A slow etch stops on a material that would etch fast.
     CHECK(run_text(wafer +
                    "[[step]]\nmodel = \"isotropic\"\nduration = 90.0\nrate = { SiO2 = -0.1, Si = -1.0 }\n"
                    "stop_material = \"Si\"\n")
@@ -99,7 +99,7 @@ TEST_CASE("steps end at the depth, the material and the thickness they name") {
                  "stop_thickness = 0.321\n[metrology]\nmeasures = [\"film\"]\n");
     CHECK(film.metrology("film_top") == Approx(0.321).margin(0.05 * 0.05));
     CHECK(film.metrology("added_volume_W") == Approx(0.321 * 0.4).epsilon(0.01));
-    // Not reached: the whole duration.
+    // A stop that is not reached leaves the whole duration.
     CHECK(run_text(wafer + "[[step]]\nmodel = \"isotropic\"\nduration = 1.0\nrate = -0.1\nstop_depth = 5.0\n")
               .time() == 1.0);
 }
@@ -118,7 +118,7 @@ rays = 200000
 material = "Si"
 top = 0.02
 )";
-    // Between nodes: on one, marching cubes would put it a thousandth of a cell aside.
+    // The surface lies between nodes: on one marching cubes would shift it by a thousandth of a cell.
     const std::string layer =
         material == "Si" ? "" : "[[layer]]\nmaterial = \"" + material + "\"\nthickness = 0.5\n";
     return -run_text(domain + layer + "[[step]]\nduration = 1.0\n" + step).metrology("mean_rate");
@@ -127,8 +127,8 @@ top = 0.02
 }  // namespace
 
 TEST_CASE("a blanket wafer moves at every model's formula", "[slow]") {
-    // On a plane every particle arrives once: the mean flux is 1 to the last ray, and what is left of noise
-    // enters the models that are not linear in it by its square.
+    // On a plane every particle arrives once: the mean flux is 1 to the last ray, and the noise of places
+    // enters nonlinear models by its square.
     constexpr double kTolerance = 3e-3;
     // Ions of exactly 100 eV straight down.
     const std::string ions = "ion_exponent = 1e6\nion_energy_spread = 0.0\n";
@@ -146,7 +146,7 @@ TEST_CASE("a blanket wafer moves at every model's formula", "[slow]") {
     CHECK(blanket("Si", "model = \"ion_beam\"\nrate = 0.2\ntilt_deg = 35\nazimuth_deg = 90\n" + ions) ==
           Approx(0.2).epsilon(kTolerance));
 
-    // Without particles: isotropic, directional, and crystals, whose (100) face it is.
+    // Models without particles: isotropic, directional, and crystals with a (100) surface.
     CHECK(blanket("Si", "model = \"isotropic\"\nrate = -0.2\n") == Approx(0.2).epsilon(kTolerance));
     CHECK(blanket("Si", "model = \"directional\"\ndirectional = -0.2\nisotropic = -0.05\n") ==
           Approx(0.25).epsilon(kTolerance));
@@ -155,7 +155,7 @@ TEST_CASE("a blanket wafer moves at every model's formula", "[slow]") {
     CHECK(blanket("Si", "model = \"epitaxy\"\ndeposit = \"SiGe\"\n" + faces) ==
           Approx(-0.2).epsilon(kTolerance));
 
-    // However wide the beam and its energies are: rates and yields are those of a flat wafer.
+    // Rates and yields are those of a flat wafer, however wide the beam's angles and energies are.
     for (const std::string beam :
          {"", "ion_exponent = 10\n", "ion_energy = 25\n", "ion_exponent = 3\ntilt_deg = 50\n"})
         CHECK(blanket("Si", "model = \"ion_beam\"\nrate = 0.2\n" + beam) ==
@@ -253,7 +253,7 @@ TEST_CASE("epitaxy without rates grows one a time on <100>, on the crystal alone
         text.erase(line, text.find('\n', line) + 1 - line);
     }
     const Finished grown = run_text(text);
-    // The fin's top is 10 above the silicon, its sides 7 above the oxide; 1.2 of growth, facets cut the
+    // The fin's top is 10 above the silicon, its sides 7 above the oxide; 1.2 is grown, and facets cut the
     // corners.
     CHECK(grown.metrology("added_volume_SiGe") > 8.0);
     CHECK(grown.metrology("added_volume_SiGe") < 1.2 * (7.0 * 1.2 + 2.0 * 7.0 * 0.9));
@@ -353,7 +353,7 @@ duration = 1.0
 rate = { Si = -0.3 }
 )");
             CAPTURE(thickness, width);
-            // Of 0.05 um^3 that would go without the film.
+            // Without the film 0.05 um^3 would be removed.
             CHECK(etch.metrology("removed_volume_Si") < 1e-4);
         }
 }
@@ -439,8 +439,8 @@ cd_depths = [0.3]
     }
 }
 
-// Window 6 um wide, 4 min: the floor sinks by r100 t between walls at 54.74 degrees that move by r111 t. What
-// is etched in a slit, per length, and in a square.
+// Window 6 um wide, 4 min: the floor sinks by r100 t between walls at 54.74 degrees that move by r111 t.
+// kGroove is etched in a slit, per length; kPyramid in a square.
 namespace wet {
 const double kDepth = 4.0 * 0.797, kAside = 4.0 * 0.005 * std::sqrt(1.5);
 const double kTop = 6.0 + 2.0 * kAside, kBottom = kTop - std::sqrt(2.0) * kDepth;
@@ -479,9 +479,8 @@ TEST_CASE("wet etching leaves the {111} walls of a groove, which hardly move", "
         const double volume = strip.metrology("removed_volume_Si");
         CAPTURE(dx, volume / 0.8, wet::kGroove);
         CHECK(strip.metrology("sidewall_angle") == Approx(54.74).margin(0.5));
-        // The rate is least at {111} alone, and the walls' normals are off by a part of a degree: they move
-        // 0.008 um too far, however fine the grid (0.062 um^2 in all at a spacing of 0.05). The rest is of
-        // first order: a small part of a cell.
+        // The rate is least at {111} alone, and the walls' normals are off by a part of a degree: on any grid
+        // they move 0.008 um too far (0.062 um^2 in all at a spacing of 0.05). The rest is of first order.
         CHECK(std::abs(volume / 0.8 - wet::kGroove) < 2.0 * wet::kWall * (0.008 + 0.01 * dx));
     }
 }
@@ -509,7 +508,7 @@ TEST_CASE("the pit under a square window is an inverted pyramid, and its mask st
     CHECK(std::abs(coarse.metrology("removed_volume_Si") - wet::kPyramid) <
           2.0 * (wet::kTop + wet::kBottom) * wet::kWall * 0.2);
     CHECK(std::abs(coarse.metrology("undercut")) < 0.2);
-    // Half a cell along its lower edge.
+    // Half a cell along the mask's lower edge, 24 um long.
     CHECK(coarse.metrology("removed_volume_Mask") < 0.5 * 0.2 * 0.2 * 24.0);
 
     const test::Folder folder;
@@ -521,9 +520,9 @@ TEST_CASE("the pit under a square window is an inverted pyramid, and its mask st
     CHECK(pit.metrology("removed_volume_Si") == Approx(wet::kPyramid).epsilon(0.005));
     CHECK(pit.metrology("added_volume_Si") == 0.0);
     CHECK(pit.result.summary["time_steps"].get<int>() > 500);
-    // Half a cell along its lower edge here, too.
+    // Half a cell along the mask's lower edge here, too.
     CHECK(pit.metrology("added_volume_Mask") + pit.metrology("removed_volume_Mask") < 0.5 * dx * dx * 24.0);
-    // No wall below the mask's edge is taken for mask.
+    // No wall below the mask's edge counts as mask.
     const TriangleMesh surface = surface::read_mesh(folder.path / "surface_0004.vtp");
     const std::vector<double>& material = surface.triangle_attribute("material")->values;
     const auto height = [&](std::size_t t) { return triangle_centroid(surface, t).z(); };

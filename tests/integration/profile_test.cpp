@@ -81,7 +81,7 @@ std::vector<Point> load_profile(const std::string& file) {
     return points;
 }
 
-// The hole of that simulator, on the same grid: depth, and radius at depths below the mask.
+// Compares the hole with another simulator's on the same grid: depth, and radius at depths below the mask.
 void compare_hole(const std::string& method) {
     constexpr double kDepth = 2.448;
     const Run result = run_config("sf6o2_hole.toml", {"simplify.method=" + method});
@@ -99,7 +99,7 @@ void compare_hole(const std::string& method) {
             }
         CAPTURE(depth, radius, walls);
         REQUIRE(walls.size() == 2);
-        // At 1 um walls are half a cell nearer to the axis in the mean (0.171), and this is one section.
+        // At 1 um walls are half a cell nearer to the axis in the mean (0.171), and this is a single section.
         CHECK(0.5 * std::abs(walls[1] - walls[0]) == Approx(radius).margin(0.6 * result.dx));
     }
 }
@@ -150,14 +150,14 @@ TEST_CASE("profiles at dx, dx/2 and dx/4 converge at first order", "[slow]") {
         const char* name;
         std::vector<std::string> overrides;
         std::vector<std::string> spacings;
-        double order;  // at least
+        double order;  // least order of convergence
     };
     for (const Row& row :
          {Row{"quick/trench_deposition.toml",
               {"domain.extent=[10.0, 0.5]", "step[0].duration=1.5"},
               {"0.25", "0.125", "0.0625"},
               0.85},
-          // Its coarse grid is off by 0.02 dx, little more than what the time steps leave.
+          // The coarse grid is off by 0.02 dx, little more than the error of the time steps.
           Row{"quick/teos_trench.toml", {"domain.extent=[4.0, 0.25]"}, {"0.125", "0.0625", "0.03125"}, 0.7},
           Row{"quick/deposit_and_etch.toml", {"domain.extent=[4.0, 0.2]"}, {"0.1", "0.05", "0.025"}, 0.85}}) {
         std::vector<Run> runs;

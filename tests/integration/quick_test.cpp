@@ -32,22 +32,21 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
      {{"depth", 310.0 - 30.0, 310.0 + 30.0},
       {"removed_volume_Mask", 266000.0 * 0.99, 266000.0 * 1.01},
       {"removed_volume_SiO2", 441.0 * 21.0 * 200.0, 441.0 * 21.0 * 310.0}}},
-    // Four cycles; a cycle's polymer must guard the walls, or the hole is as wide as it is deep.
-    // As a round strip at a quarter of the spacing it is 2.3 wide.
+    // Four cycles; a cycle's polymer must guard the walls, or the hole is as wide as it is deep. As a round
+    // profile at a quarter of the spacing it is 2.3 wide.
     {"bosch_hole",
      {{"depth", 1.4, 2.2},
       {"cd_at_0.5", 1.8, 2.4},
       {"scallop_pitch", 0.2, 0.8},
       {"scallop_depth", 0.03, 0.3},
       // Without the film the etch would reach the domain's side, 1.0 from the mask's edge. One cycle gets to
-      // 0.234
-      // by a round profile at an eighth of the spacing, and a cell is 0.125.
+      // 0.234 by a round profile at an eighth of the spacing, and a cell is 0.125.
       {"undercut", 0.0, 0.36},
       {"removed_volume_Mask", 0.5, 2.9},
       {"added_volume_Polymer", 0.1, 1.0}}},
     // <100> recedes by 23.9; the mask may lose its bared lower edges, dx^2 / 2 of 960.
     {"cantilever", {{"depth", 23.9 - 2.0, 23.9 + 2.0}, {"removed_volume_Si3N4", 0.0, 30720.0}}},
-    // As the hole, but more of the floor sees the source.
+    // Like bosch_hole, but more of the floor sees the source.
     {"bosch_trench",
      {{"depth", 1.4, 2.6},
       {"cd_at_0.5", 1.8, 2.3},
@@ -69,14 +68,14 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
     // 3 s at 1 um/s on the open floor, a little more where walls reflect ions.
     {"faraday_cage",
      {{"depth", 3.0 - 0.1, 3.0 + 0.3}, {"removed_volume_Si", 10.0 * 0.5 * 1.5, 10.0 * 0.5 * 3.0}}},
-    // A liner of 15, then etched off what faces up.
+    // A liner of 15 that is then etched off upward faces.
     {"fin_on_wide_wafer", {{"film_side", 14.5, 15.2}, {"film_top", -0.1, 0.1}}},
     {"fin_deposition", {{"added_volume_Si3N4", 6.0, 8.1}, {"depth", -0.3, -0.2}}},
     // 7 of top at 1.6 and twice 7 of wall at 1.12, 1.2 wide: less what the facets cut.
     {"fin_epitaxy",
      {{"depth", -3.01, -2.99}, {"added_volume_SiGe", 20.0, 33.0}, {"added_volume_SiO2", 0.0, 0.2}}},
     {"fin_sequence", {{"depth", -42.01, -41.98}, {"removed_volume_Si", 0.0, 20.0}}},
-    // Polished flat, contacts through the oxide, and of the gate mask nothing.
+    // Polished flat, with contacts through the oxide; nothing is left of the gate mask.
     {"finfet",
      {{"depth", -12.02, -11.98},
       {"added_volume_W", 4500.0, 9600.0},
@@ -97,13 +96,13 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
       {"sidewall_angle", 83.0, 91.0},
       {"undercut", 0.0, 0.15},
       {"removed_volume_Mask", 0.0, 0.004}}},
-    // The lowest point ends it, in the foot of a wall: beside an isotropic part feet are up to 0.1 cells
-    // deeper than the floor.
+    // The step ends by its lowest point, in the foot of a wall: with an isotropic part feet are up to 0.1
+    // cells deeper than the floor.
     {"gds_masked_etch",
      {{"depth", 0.5 - 0.1 * 0.125, 0.5 + 0.01 * 0.125},
       {"sidewall_angle", 80.0, 90.0},
       {"cd_at_0.1", 0.4, 0.6}}},
-    // The mouth closes; of the liner 5 at the top.
+    // The mouth closes; the liner is 5 thick at the top.
     {"contact_round", {{"film_top", 99.0, 101.0}, {"added_volume_TiN", 1.5e5, 3e5}}},
     {"hole_deposition", {{"depth", 5.7, 6.0}, {"added_volume_SiO2", 11.0, 13.0}}},
     // The beam's own direction is 55 degrees from the horizontal; the floor leans less.
@@ -116,10 +115,10 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
       {"film_side", 3.0, 7.0},
       {"step_coverage_bottom", 0.05, 0.6},
       {"removed_volume_SiO2", 0.0, 100.0}}},
-    // As memory_hole, of the whole depth: half way down half of it.
+    // Like memory_hole, at the whole depth: half of the film half way down.
     {"memory_hole_round",
      {{"film_top", 7.7, 8.1}, {"film_side", 2.5, 5.0}, {"step_coverage_bottom", 0.0, 0.1}}},
-    // All silicon-germanium goes, three films of 8; wires stay.
+    // All silicon-germanium is removed, three films of 8; wires stay.
     {"nanowires",
      {{"depth", -58.02, -57.98},
       {"removed_volume_SiGe", 69120.0 * 0.999, 69120.0 * 1.001},
@@ -174,7 +173,7 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
     {"teos_trench", {{"film_top", 0.28, 0.32}, {"step_coverage_bottom", 0.4, 0.8}}},
     {"teos_two_precursors", {{"film_top", 0.28, 0.32}, {"step_coverage_bottom", 0.5, 0.9}}},
     {"trench_deposition", {{"depth", 6.5, 7.2}, {"added_volume_SiO2", 170.0, 200.0}}},
-    // The same, by its width of 5.
+    // trench_deposition over its width of 5.
     {"trench_profile", {{"depth", 6.5, 7.2}, {"added_volume_SiO2", 34.0, 40.0}}},
     {"wet_etch_pit",
      {{"depth", 1.594 - 0.1, 1.594 + 0.1},

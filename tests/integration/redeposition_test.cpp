@@ -8,13 +8,13 @@
 #include "app/results/metrology.hpp"
 #include "levelset/meshes/extract.hpp"
 
-// Whether what a beam takes away is what comes down or leaves, atom by atom.
+// Balance of atoms: what a beam removes is deposited or escapes.
 using namespace sidewall;
 
 namespace {
 
-// A trench in silicon under a stop that the beam does not etch. With Y = cos theta the floor stays flat: a
-// yield that rises with the angle roughens it, and what the grid then smooths away the fluxes have counted.
+// A trench in silicon under a stop that the beam does not etch. With Y = cos theta the floor stays flat. A
+// yield that rises with the angle would roughen it, and the grid smooths away what the fluxes have counted.
 app::Recipe trench(const std::vector<std::string>& overrides) {
     return app::parse_recipe(R"([domain]
 extent = [1.2, 0.06]
@@ -52,15 +52,15 @@ method = "none"
                              "trench.toml", overrides);
 }
 
-// In 1e22 /cm^3 times volume.
+// Numbers of atoms, in 1e22 /cm^3 times volume.
 struct Atoms {
     double removed = 0.0;    // net, of the silicon
     double deposited = 0.0;  // net, of everything else
     double sent = 0.0;       // taken away in all, wherever it went
-    double escaped = 0.0;    // of what was sent, what the tracer lost to the open
+    double escaped = 0.0;    // part of `sent` that left by the open top
 };
 
-// What the model's speed makes of one of the fluxes as counted, over the traced surface; atoms per time.
+// Atoms per time: the model's speed under one tally alone, integrated over the traced surface.
 double atoms(const app::Recipe& recipe, const app::Model& model, const app::TracedSurface& surface,
              std::size_t tally) {
     const app::SurfaceFlux& arriving = *surface.arriving;
@@ -77,7 +77,7 @@ double atoms(const app::Recipe& recipe, const app::Model& model, const app::Trac
     return sum;
 }
 
-// From when the corners have settled: re-distancing rounds those that the layers start with.
+// Time from which atoms are counted. Before, re-distancing rounds the corners that the layers start with.
 constexpr double kSettled = 0.5;
 
 Atoms mill(const std::vector<std::string>& overrides) {
@@ -146,7 +146,7 @@ TEST_CASE("what an ion beam takes out of a trench sticks or escapes, whatever it
     const double cell = recipe.domain.extent[1] * std::pow(recipe.domain.grid_spacing, 2),
                  balance = atoms.deposited + atoms.escaped;
     CHECK(balance == Approx(atoms.removed).margin(0.5 * cell * recipe.materials[0].density).epsilon(0));
-    // Where the beam leaves a steady shadow, a third of the others' atoms are removed, beside as many edges.
+    // Where the beam leaves a steady shadow, a third as many atoms are removed, beside as many edges.
     const bool shadow = beam[0] == "step[0].tilt_deg=20";
     const double share = beam.size() == 2 && beam[1].starts_with("domain") ? 0.01 : 0.015;
     if (!shadow) CHECK(balance == Approx(atoms.removed).epsilon(share));

@@ -8,7 +8,7 @@
 
 #include "tests/integration/run_program.hpp"
 
-// Pages of results in a browser, which report_selftest.js checks there.
+// Result pages in a browser, where report_selftest.js checks them.
 namespace {
 
 using sidewall::test::config;

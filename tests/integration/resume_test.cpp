@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Two steps that trace, one that does not; surfaces, interfaces, traced meshes and profiles.
+// Two steps that trace and one that does not; saves surfaces, interfaces, traced meshes and profiles.
 const std::string kResumed = R"(
 [domain]
 extent = [2.0, 1.0]
@@ -47,12 +47,12 @@ rate = -1.0
 duration = 0.2
 )";
 
-// All that a run leaves, less the seconds it took: those of the checkpoint lie among its grids.
+// A run's files without seconds, which the checkpoint holds among its grids: of this only the name.
 std::map<std::string, std::string> files(const fs::path& folder) {
     std::map<std::string, std::string> bytes;
     for (const auto& entry : fs::directory_iterator(folder)) {
         const std::string name = entry.path().filename().string();
-        if (name == ".sidewall.lock") continue;  // of a killed process
+        if (name == ".sidewall.lock") continue;  // left by a killed process
         bytes[name] = name == "checkpoint.vdb" ? "" : read_bytes(entry.path());
         if (name != "summary.json") continue;
         auto summary = nlohmann::json::parse(bytes[name]);
@@ -62,7 +62,7 @@ std::map<std::string, std::string> files(const fs::path& folder) {
     return bytes;
 }
 
-// Only the names of those that differ: their bytes are long.
+// Names of the files that differ.
 std::string unequal(const fs::path& a, const fs::path& b) {
     const auto one = files(a), other = files(b);
     std::string names;
@@ -73,13 +73,13 @@ std::string unequal(const fs::path& a, const fs::path& b) {
     return names;
 }
 
-// Whether a system call changes files.
+// Detects system calls that change files.
 class FileOperations {
   public:
     bool on_grid_edge(const __ptrace_syscall_info& call) {
         const auto number = call.entry.nr;
         const bool writes = number == SYS_write || number == SYS_writev || number == SYS_pwrite64;
-        // Of a long file written in blocks the first two do.
+        // Of consecutive writes to one file the first two count.
         repeats_ = writes && call.entry.args[0] == file_ ? repeats_ + 1 : 0;
         file_ = writes ? call.entry.args[0] : 0;
         if (writes) return call.entry.args[0] > 2 && repeats_ < 2;
@@ -168,7 +168,7 @@ TEST_CASE("a run that is killed before any file operation and resumed equals one
          ++operation) {
         INFO("killed before file operation " << operation);
         auto resumed = run_program(folder.path, kRun + "stopped --resume");
-        if (!fs::exists(stopped / "manifest.txt")) {  // it had not begun
+        if (!fs::exists(stopped / "manifest.txt")) {  // the run had not begun
             CHECK(resumed.exit_code == 3);
             resumed = run_program(folder.path, kRun + "stopped");
         }
@@ -185,7 +185,7 @@ TEST_CASE("a run killed after the save at a step's start saves that surface once
     write_bytes(folder.path / "recipe", kResumed + kResumedDeposit + kResumedEtch);
     REQUIRE(run_program(folder.path, kRun + "whole").exit_code == 0);
     leave_unfinished(folder.path, "stopped");
-    // What a killed program leaves of a file that it was writing goes, but nobody else's.
+    // Partial files that a killed run was writing are removed, but nobody else's.
     for (const char* name : {"surface_0000.vtp.17.partial", "surface.pvd.17-3.partial", "mine.17.partial"})
         write_bytes(folder.path / "stopped" / name, "half");
     REQUIRE(run_program(folder.path, kRun + "stopped --resume").exit_code == 0);
@@ -205,7 +205,7 @@ TEST_CASE("a second run into a folder is refused, and told which process writes 
         }
         CHECK_FALSE(fs::exists(folder.path / "out" / "recipe.toml"));
     }
-    // The lock of a process that is no more does not count.
+    // The lock of a process that has ended does not count.
     write_bytes(folder.path / "out" / ".sidewall.lock", "process 1 on some host");
     CHECK(run_program(folder.path, kRun + "out").exit_code == 0);
     CHECK_FALSE(fs::exists(folder.path / "out" / ".sidewall.lock"));
@@ -218,12 +218,12 @@ TEST_CASE("a run removes what a run wrote, and nothing else") {
     fs::create_directory(out);
     write_bytes(out / "surface_9999.vtp", "mine");
     REQUIRE(run_program(folder.path, kRun + "out").exit_code == 0);
-    // The same recipe's result is replaced unasked.
+    // A result of the same recipe is replaced without asking.
     write_bytes(out / "traced_0077.vtp", "mine");
     REQUIRE(run_program(folder.path, kRun + "out").exit_code == 0);
     CHECK(read_bytes(out / "surface_9999.vtp") == "mine");
     CHECK(read_bytes(out / "traced_0077.vtp") == "mine");
-    // A file that is not listed and stands in the way is not.
+    // A file in the way that no manifest lists is not replaced.
     for (const char* name : {"surface_0001.vtp", "summary.json", "manifest.txt"}) {
         fs::remove_all(out);
         fs::create_directory(out);
@@ -237,7 +237,7 @@ TEST_CASE("a run removes what a run wrote, and nothing else") {
         CHECK(run_program(folder.path, kRun + "out --overwrite").exit_code == 0);
         CHECK(read_bytes(out / name) != "mine");
     }
-    // Of an earlier version's result, which lists its files in surface.pvd alone, nothing is left in the way.
+    // A result without a manifest lists its files in surface.pvd alone; these are removed, too.
     fs::remove(out / "manifest.txt");
     write_bytes(out / "surface.pvd", "<DataSet timestep=\"9\" part=\"0\" file=\"surface_0040.vtp\"/>");
     for (const char* name :
@@ -247,7 +247,7 @@ TEST_CASE("a run removes what a run wrote, and nothing else") {
     for (const char* name : {"surface_0040.vtp", "interface_0040_0.vtp", "profile_0040.csv"})
         CHECK_FALSE(fs::exists(out / name));
     CHECK(read_bytes(out / "surface_0041.vtp") == "old");
-    // A manifest leads nowhere but to the folder's files.
+    // Names in a manifest that lead out of the folder are ignored.
     write_bytes(folder.path / "precious", "mine");
     std::ofstream(out / "manifest.txt", std::ios::app) << "../precious\n..\n.\n\nsurface_9";
     write_bytes(out / "surface_9", "mine");
@@ -342,7 +342,7 @@ TEST_CASE("a moved project goes on: files that the recipe names are known by wha
     const auto resumed = run_program(there, kRun + "stopped --resume");
     INFO(resumed.output);
     REQUIRE(resumed.exit_code == 0);
-    CHECK(unequal(there / "stopped", there / "whole") == "recipe.toml ");  // which names the file
+    CHECK(unequal(there / "stopped", there / "whole") == "recipe.toml ");  // it names the file
 }
 
 TEST_CASE("an extension of a finished run that fails says how to get back") {
@@ -363,7 +363,7 @@ TEST_CASE("an extension of a finished run that fails says how to get back") {
 TEST_CASE("a closed terminal ends a run like Ctrl-C: it can be resumed") {
     const Folder folder;
     write_bytes(folder.path / "recipe", kResumed + kResumedDeposit);
-    // So many traced cycles that the run can end in no other way: it takes minutes, and moves nothing.
+    // So many traced cycles, which move nothing, that the run would take minutes to end by itself.
     const std::vector<std::string> settings{"step[0].repeat=100000", "step[0].duration=1e-6"};
     const int terminal = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
     REQUIRE(terminal >= 0);
@@ -374,7 +374,7 @@ TEST_CASE("a closed terminal ends a run like Ctrl-C: it can be resumed") {
     REQUIRE(child >= 0);
     if (child == 0) {
         setsid();
-        const int end = open(name.c_str(), O_RDWR);  // now the controlling terminal
+        const int end = open(name.c_str(), O_RDWR);  // becomes the controlling terminal
         for (int stream = 0; stream < 3; ++stream) dup2(end, stream);
         if (chdir(folder.path.c_str()) != 0) _exit(126);
         execl(SIDEWALL_PROGRAM, "sidewall", "run", "recipe", "-o", "out", "--set", settings[0].c_str(),

@@ -101,7 +101,7 @@ TEST_CASE("what is not round is refused, and the message says what would work", 
 }
 
 TEST_CASE("volumes of round wafers are those of the revolution") {
-    // A hole, whose film is its wall's, floor's and top's; a sphere in its middle, and a ring.
+    // A mask of thickness 1 with a hole of radius 0.7, on a wafer of radius 2.
     const auto volumes = [](const std::string& layers) {
         const Recipe recipe =
             parse_recipe(kRoundDomain + "[[layer]]\nmaterial = \"Si\"\n" + layers + kConformal, "round.toml",
@@ -146,7 +146,7 @@ TEST_CASE("a sphere, a torus and a ring groove about the axis grow to second ord
         circle = "shape = \"cylinder\"\naxis = \"y\"\nradius = 0.4\nposition = [1.0, 0.0]\nz = 0.0\n",
         step = "[[step]]\nmodel = \"isotropic\"\nduration = 0.2\n",
         film = step + "rate = { W = 1.0, SiO2 = 1.0, default = 0.0 }\ndeposit = \"SiO2\"\n";
-    // The flat top goes down, too: of the groove a cap is left below it.
+    // The flat top sinks, too: only a cap of the groove is left below it.
     const double cap = 0.36 * std::acos(0.2 / 0.6) - 0.2 * std::sqrt(0.36 - 0.04);
     for (const double spacing : {0.1, 0.05, 0.025}) {
         const std::vector<std::string> grid{fmt::format("domain.grid_spacing={}", spacing)};
@@ -203,8 +203,8 @@ TEST_CASE("a round profile has the film of the hole that it stands for") {
                                square)["metrology"],
                profile = summary(kRoundHole + kSticking + "[metrology]\nmeasures = [\"film\", \"depth\"]\n",
                                  {"flux.rays=100000"})["metrology"];
-    // Neighbouring cells' edges do not matter to a hole in a flat top. A hundredth of the film, a twentieth
-    // of a cell.
+    // Edges of neighbouring cells do not matter to a hole in a flat top. Tolerance: a hundredth of the film
+    // and a twentieth of a cell.
     for (const char* name : {"film_top", "film_side", "film_bottom", "depth"}) {
         CAPTURE(name);
         CHECK(profile[name].get<double>() ==
@@ -222,8 +222,8 @@ TEST_CASE("radiosity and tracing agree on a round wafer") {
         CAPTURE(name);
         CHECK(solved[name].get<double>() == Approx(traced[name].get<double>()).epsilon(0.01));
     }
-    // Measured at the axis, whose rings are the smallest: so many paths leave 5 % there in each of seven time
-    // steps.
+    // The floor's film is measured at the axis, where rings are smallest: in each of seven time steps these
+    // paths leave an error of 5 % there.
     CHECK(solved["film_bottom"].get<double>() == Approx(traced["film_bottom"].get<double>()).epsilon(0.04));
 }
 
@@ -305,7 +305,7 @@ TEST_CASE("both ends of a ring have its flux in files, and no command takes its 
 }
 
 TEST_CASE("fluxes averaged over a round floor are those of the wafer in space", "[slow]") {
-    // Over the whole floor of a hole, rings count by their area.
+    // The mean over the floor of a hole weights rings by their area.
     const auto mean_of_floor = [](const std::string& domain, const std::string& averaging) {
         const test::Folder folder;
         test::write_bytes(

@@ -12,7 +12,7 @@
 #include "app/common/text.hpp"
 #include "tests/folder.hpp"
 
-// Running the program itself, in folders of its own.
+// Runs of the program itself, in folders of their own.
 namespace sidewall::test {
 
 struct Outcome {
@@ -57,13 +57,14 @@ inline void write_bytes(const std::filesystem::path& path, const std::string& by
     std::ofstream(path, std::ios::binary) << bytes;
 }
 
-/// Process time of the last whole row in a run's timeline. A checkpoint that is due then is written before it.
+/// Process time of the last whole row in a run's timeline. A checkpoint that is due then is written before
+/// the row.
 inline double last_time(const std::filesystem::path& run) {
     const app::TextTable timeline = app::read_text_table(run / "timeline.csv");
     return std::stod(timeline.rows.back()[timeline.column("time").value()]);
 }
 
-/// How often \p part stands in \p text.
+/// Number of times that \p part occurs in \p text.
 inline std::size_t count(const std::string& text, const std::string& part) {
     std::size_t n = 0;
     for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++n;

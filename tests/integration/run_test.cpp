@@ -37,7 +37,7 @@ const std::string kQuickTrench = config("quick/trench_deposition.toml") + " --se
 TEST_CASE("the same recipe gives the same bytes: again, with 1 and 2 threads, and interrupted and resumed",
           "[slow]") {
     const Folder folder;
-    // The last carries coverages from step to step, so through the checkpoint, too.
+    // The last recipe carries coverages from step to step, hence through the checkpoint.
     for (const std::string& recipe :
          {kQuickTrench + " --set simplify.method=none", kQuickTrench + " --set simplify.method=region",
           kQuickTrench + " --set flux.reuse=0.1",
@@ -55,7 +55,7 @@ TEST_CASE("the same recipe gives the same bytes: again, with 1 and 2 threads, an
         CHECK(surfaces(folder.path / "again") == expected);
         CHECK(surfaces(folder.path / "one") == expected);
 
-        // Interrupted as soon as the timeline shows some steps, then resumed.
+        // The run is interrupted as soon as the timeline shows some steps, then resumed.
         const fs::path stopped = folder.path / "stopped";
         const std::string start = "cd '" + folder.path.string() + "' && exec '" SIDEWALL_PROGRAM "' run " +
                                   recipe + " -o stopped >stopped.log 2>&1 </dev/null";
@@ -77,7 +77,7 @@ TEST_CASE("the same recipe gives the same bytes: again, with 1 and 2 threads, an
         REQUIRE(WIFEXITED(status));
         REQUIRE(WEXITSTATUS(status) == 130);
         CHECK_FALSE(fs::exists(stopped / "summary.json"));
-        // By the very command that the message tells.
+        // Resumed by the very command that the message gives.
         const std::string hint = "go on with: sidewall ";
         REQUIRE(log.find(hint) != std::string::npos);
         const auto resumed = run_program(folder.path, log.substr(log.find(hint) + hint.size()), 120);
@@ -130,7 +130,7 @@ TEST_CASE("a damaged summary of a finished run is refused by name, and written a
     const fs::path file = folder.path / "out" / "summary.json";
     const auto whole = nlohmann::ordered_json::parse(read_bytes(file));
     std::vector<std::string> damaged{"", "{", "null", "3", "[]", "{}"};
-    // Each part that is read missing, or something else.
+    // Each part that is read is missing, or something else.
     for (const char* part :
          {"/version", "/time", "/time_unit", "/time_steps", "/grid_spacing", "/mesh", "/mesh/raw",
           "/mesh/simplified/triangles", "/timing", "/timing/total", "/metrology", "/metrology_units",

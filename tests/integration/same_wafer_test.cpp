@@ -32,13 +32,12 @@ TEST_CASE("a wall on a mirror is none: a trench up to it has one wall and no sli
         "[[layer]]\nmaterial = \"Si\"\nshape = \"trench\"\nwidth = 1.0\ndepth = 1.5\nposition = [1.5, 0.0]\n"
         "[[step]]\nmodel = \"isotropic\"\nduration = 0.5\nrate = 0.4\ndeposit = \"SiO2\"\n"
         "[metrology]\nmeasures = [\"depth\"]\n[output]\nprofiles = [\"y=0\"]\n");
-    // On the mirror there is the bottom alone.
+    // On the mirror there is only the bottom.
     const app::TextTable profile = app::read_text_table(folder.path / "out/profile_0000.csv");
     const std::size_t x = profile.column("x").value_or(0), z = profile.column("z").value_or(1);
     for (const auto& row : profile.rows)
         if (std::stod(row[x]) > 1.05) CHECK(std::stod(row[z]) == Approx(-1.5).margin(1e-3));
-    // 4 wide and one wall 1.5 high: 0.2 of film on all, less the overlap in the corner and more around the
-    // edge.
+    // Width 4 and one wall of 1.5 under a film of 0.2, less the overlap in the corner, plus the edge's arc.
     const double area = 0.2 * (4.0 + 1.5) - 0.04 + 0.25 * M_PI * 0.04;
     CHECK(half["added_volume_SiO2"].get<double>() == Approx(area).epsilon(0.02));
 }
@@ -129,7 +128,7 @@ TEST_CASE("walls beside a periodic side, on it and in the cell before it are tho
         const json shifted = at(wafer.x + by);
         for (const auto& [name, value] : first.items()) {
             const bool is_volume = name.find("volume") != std::string::npos;
-            if ((!is_profile && !is_volume) || name == "mean_rate") continue;  // a section is another one
+            if ((!is_profile && !is_volume) || name == "mean_rate") continue;  // the section lies elsewhere
             CAPTURE(wafer.layer, wafer.steps, by, name, value, shifted[name]);
             REQUIRE(value.is_number() == shifted[name].is_number());
             if (value.is_number())
@@ -161,7 +160,7 @@ TEST_CASE(
         for (const auto& row : table.rows)
             line.emplace_back(std::stod(row[table.column("x").value()]),
                               std::stod(row[table.column("z").value()]));
-        double farthest = 0.0;  // of the mirrored points from the profile
+        double farthest = 0.0;  // distance of the mirrored points from the profile
         for (const Eigen::Vector2d& p : line) {
             const Eigen::Vector2d image(-p.x(), p.y());
             double nearest = std::numeric_limits<double>::infinity();
@@ -179,7 +178,7 @@ TEST_CASE(
 
 TEST_CASE("a recipe in m or nm gives the figures of the same one in um", "[slow]") {
     const test::Folder folder;
-    // One time step, after which paths of particles differ by the rounding of places.
+    // One time step only: afterwards paths of particles differ by the rounding of positions.
     const std::string step = GENERATE(
         as<std::string>(), "model = \"isotropic\"\nduration = 1.0\n",
         "model = \"single_particle\"\nduration = 0.05\nsticking = 0.3\n[flux]\nmethod = \"monte-carlo\"\nrays = 20000\n[simplify]\nmethod = \"none\"\n");
@@ -213,7 +212,7 @@ TEST_CASE("a recipe in m or nm gives the figures of the same one in um", "[slow]
 
 TEST_CASE("walls, floors and films on nodes give the same figures in m and nm as in um") {
     const test::Folder folder;
-    // Lengths are marked, to be written in each unit.
+    // Lengths in <> are written in each unit.
     const auto [wafer, steps] = GENERATE(table<std::string, std::string>({
         {"shape = \"trench\"\nwidth = <0.7>\ndepth = <0.4>\n",
          "model = \"directional\"\nduration = 1.0\ndirectional = { Si = <-0.4> }\n"

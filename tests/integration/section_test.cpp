@@ -8,13 +8,13 @@
 #include "levelset/layers/checkpoint.hpp"
 #include "tests/folder.hpp"
 
-// What pictures show of a run's inside, against the level sets that the run ended with.
+// Sections in pictures against the level sets at the end of a run.
 using namespace sidewall;
 using namespace sidewall::app;
 
 namespace {
 
-// Points of the section y = 0, as a picture of 300,000 pixels has them, by the colour of the material there.
+// Areas in the section y = 0 by material, from the pixels of a picture of 300,000 pixels.
 template <typename ColourAt>
 std::map<std::string, double> count(const Box3& box, const ColourAt& colour_at) {
     std::map<std::string, double> pixels;
@@ -26,10 +26,9 @@ std::map<std::string, double> count(const Box3& box, const ColourAt& colour_at) 
     return pixels;
 }
 
-// Of a cell's area: what trilinear values keep of a right-angled corner where straight edges cut it off, for
-// exact distances at the nodes: in the mean over all places in a cell, and the standard deviation over places
-// and directions. Straight edges cut off 1/8; a mesh that keeps the corner has more than trilinear values by
-// the rest.
+// Areas at a right-angled corner, in cell areas, for exact distances at the nodes. Straight edges cut off
+// 1/8, of which trilinear values keep kAtCorner in the mean over all places in a cell, with a standard
+// deviation of kScatter over places and directions. Meshes that keep the corner have kAtSharpCorner more.
 constexpr double kAtCorner = 0.031, kScatter = 0.036, kAtSharpCorner = 0.125 - kAtCorner;
 
 // \param off  mean distance, in cells, of the fronts along both walls from where the level sets have them.

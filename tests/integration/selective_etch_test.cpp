@@ -2,7 +2,7 @@
 #include "surface/files/mesh_io.hpp"
 #include "tests/integration/run_program.hpp"
 
-// Silicon-germanium against silicon: coverages that go from time step to time step.
+// Selective etch of silicon-germanium, whose coverages are carried from time step to time step.
 using namespace sidewall;
 using namespace sidewall::test;
 namespace fs = std::filesystem;
@@ -26,7 +26,7 @@ TEST_CASE("a selective etch is the same on one thread and two, and when it is re
     const std::string last = read_bytes(folder.path / "one" / "surface_0004.vtp");
     CHECK(last.size() > 1000);
     CHECK(read_bytes(folder.path / "two" / "surface_0004.vtp") == last);
-    // Stopped after the first second of four.
+    // The run is stopped after the first second of four.
     const Outcome stopped =
         run_with_fault(folder.path, "kill 240", "run " + kSelective + kSmall + "-o three");
     CHECK(stopped.exit_code != 0);

@@ -50,7 +50,7 @@ duration = 0.3
 )";
 
 app::RunResult run(const std::string& text, const fs::path& output) {
-    // The file's name is for messages, and where it would lie [start] is sought.
+    // The file name serves messages, and [start] is sought in its folder.
     return app::run_recipe(app::parse_recipe(text, (output.parent_path() / "start.toml").string()),
                            {.output = output, .quiet = true});
 }
@@ -71,7 +71,7 @@ TEST_CASE("a recipe goes on from the end of another run as if their steps were o
     CHECK(d.max < 1e-5 * kSpacing);
     CHECK(second.summary["metrology"]["removed_volume_SiO2"] > 0.0);
     CHECK(second.summary["metrology"]["added_volume_SiO2"] == 0.0);
-    // What it wrote as its recipe is one, and the same.
+    // The recipe that the run wrote gives the same run again.
     const auto again = run_program(folder.path, "run second/recipe.toml -o second --quiet");
     INFO(again.output);
     CHECK(again.exit_code == 0);

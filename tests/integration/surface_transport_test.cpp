@@ -7,7 +7,7 @@
 #include "app/process/simulation.hpp"
 #include "tests/integration/run_program.hpp"
 
-// Coverages that desorb, diffuse along the surface and fill a hole front by front, against closed forms.
+// Coverages that desorb, diffuse along the surface and fill a hole behind a front, against closed forms.
 using namespace sidewall;
 using namespace sidewall::test;
 namespace fs = std::filesystem;
@@ -54,7 +54,7 @@ rate = 0
            "[flux]\nrays = 2000\n[simplify]\nmethod = \"none\"\n";
 }
 
-// The surfaces before every time step and at the end, and when they were.
+// The surfaces before every time step and at the end, and their times.
 struct Course {
     std::vector<double> time;
     std::vector<std::shared_ptr<const app::TracedSurface>> surface;
@@ -73,7 +73,7 @@ Course course(const Folder& folder, const std::string& recipe, const std::string
     return result;
 }
 
-// Means by area over the wedges that `chosen` takes by material and height.
+// Area-weighted mean over the wedges that `chosen` accepts.
 struct Mean {
     double value = 0.0, area = 0.0;
 };
@@ -161,8 +161,7 @@ TEST_CASE("a wall that desorbs all it adsorbs transmits what a wall without stic
     };
     const double plain =
         transmitted("plain", "species = [{ name = \"F\", sticking = { Si = 1, default = 0 } }]\n");
-    // That it is Clausing's 0.514, but for the corners of so coarse a grid, is a matter of the tracer's own
-    // tests.
+    // Clausing's value is 0.514, but for the corners of so coarse a grid; the tracer's own tests check it.
     CHECK(plain > 0.45);
     const double sticking =
         transmitted("sticking", "species = [{ name = \"F\", sticking = { Si = 1, default = 0.3 } }]\n");
@@ -196,7 +195,7 @@ TEST_CASE("with no sink but the sky, coverage and flux come to the equilibrium o
         CHECK(flux.value == Approx(1.0).epsilon(5e-3));
         const Mean deep = mean_over(end, end.arriving->coverage[0], wall);
         CHECK(deep.value == Approx(2.0 / 3.0).epsilon(0.01));
-        // On the way there the wall lags behind the top: it must have been somewhere else.
+        // Before that the wall lags behind the top: the start was not the equilibrium.
         const app::TracedSurface& early = *slow.surface[1];
         CHECK(mean_over(early, early.arriving->coverage[0], wall).value <
               0.97 * mean_over(
@@ -232,8 +231,8 @@ diffusion = { theta = 0.2 }
             sum += area * theta;
         }
         const double t = run.time[at], dt = 1.0 / 40;
-        // Backward Euler with steps of dt; sources are those of a flat wafer, whose flux is known to
-        // 1/sqrt(rays a wedge), averaged over the waves' many wedges; 3 % in time, 2 % else.
+        // Expected is backward Euler with steps of dt. The source's flux, a flat wafer's, is known to
+        // 1/sqrt(rays a wedge) and averaged over the waves' many wedges: 2 %.
         const double exact = a / rate * (1.0 - std::pow(1.0 + rate * dt, -t / dt));
         CHECK(wave / norm == Approx(exact).epsilon(0.02));
         CHECK(sum / total_area(mesh) ==
@@ -270,7 +269,7 @@ TEST_CASE("a coverage diffuses only on the materials it is said to, and over cre
     CHECK(mean(*mask, on_floor) < 1e-12);
     const auto both = end_of("diffusion = { theta = 0.5 }\n", "both");
     CHECK(mean(*both, on_floor) > 0.005);
-    // What the top gains is all there is: arrivals are the same to the last bit.
+    // Diffusion moves the top's gain only: arrivals are the same to the last bit.
     const auto total = [](const app::TracedSurface& surface) {
         const Mean all = mean_over(surface, surface.arriving->coverage[0],
                                    [](int, const Vec3&, const Vec3&) { return true; });
@@ -339,8 +338,7 @@ TEST_CASE("parabolic time steps end at the squares, and at what is saved") {
 }
 
 TEST_CASE("a front of coverage goes down a hole as rings of exact view factors say") {
-    // Site by site: n d theta/dt = G (1 - theta), which is what sticks. Time in n over the flux on the open
-    // wafer.
+    // Each site obeys n d theta/dt = G (1 - theta). Time is in n over the flux on the open wafer.
     const double depth = 4.0;
     const int count = 80;
     const Rings rings(depth, count);
@@ -382,11 +380,10 @@ coverage_rates = {{ theta = "F*(1 - theta)" }})TOML",
         // Corners are cut by half a cell at the mouth and at the floor: the front stands within a cell.
         CHECK(depth * std::abs(got - exact) < 0.25);
     }
-    // As the root of time, once the hole is deeper than wide: what is filled at 4/9 of the time is 2/3 and a
-    // little more.
+    // The front advances as the root of time in a hole deeper than wide: at 4/9, 2/3 and a little more.
     CHECK(filled(*run.surface[24]) / filled(*run.surface[36]) ==
           Approx(reference[8].mean() / reference[12].mean()).epsilon(0.03));
-    // The sharp front's own estimate, to what the front's width of about a radius leaves of it.
+    // Estimate for a sharp front; the tolerance is due to the front's width of about a radius.
     const double z = (std::sqrt(4.0 + 1.5 * duration) - 2.0) / 0.75;
     CHECK(depth * reference[12].mean() == Approx(z).epsilon(0.15));
 }

@@ -10,7 +10,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A tenth of a second.
+// A recipe that takes a tenth of a second.
 const std::string kSwept = R"(
 [domain]
 extent = [4.0, 1.0]
@@ -69,7 +69,7 @@ std::vector<std::map<std::string, std::string>> table(const fs::path& file) {
     return rows;
 }
 
-// The table less what a clock says.
+// The table without its seconds.
 std::string table_text(const fs::path& file) {
     std::string text;
     for (auto row : table(file)) {
@@ -95,7 +95,7 @@ TEST_CASE("a sweep killed and resumed ends with the table of one that was not", 
     killed.run(kSobol + "-o out --jobs 2 " + resume);
     CHECK(table(whole.path / "out/sweep.csv").size() == 8);
     CHECK(table_text(whole.path / "out/sweep.csv") == table_text(killed.path / "out/sweep.csv"));
-    // Nothing is run again that has ended.
+    // Finished runs are not repeated.
     const std::string before = read_bytes(whole.path / "out/sweep.csv");
     whole.run(kSobol + "-o out --resume");
     CHECK(read_bytes(whole.path / "out/sweep.csv") == before);

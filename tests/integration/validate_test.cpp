@@ -58,12 +58,12 @@ TEST_CASE("the guide's page of validation has every case, and no other") {
     for (std::size_t at = page.find("\n## "); at != std::string::npos; at = page.find("\n## ", at + 1))
         ++headings;
     const std::vector<app::ValidationCase> cases = shipped();
-    CHECK(headings == cases.size() + 1);  // and what is left out
+    CHECK(headings == cases.size() + 1);  // one more for the cases left out
     for (const app::ValidationCase& one : cases) {
         INFO(one.name);
         CHECK(page.find("\n## " + one.name + "\n") != std::string::npos);
     }
-    // Every figure outside of its bars says why.
+    // Every figure outside of its bars is explained.
     CHECK(page.find("Not explained.") == std::string::npos);
 }
 
@@ -110,7 +110,7 @@ TEST_CASE("validate goes on where it was killed, and a part of the cases keeps t
     const auto bytes = [&] { return test::read_bytes(folder.path / "out/even_film/summary.json"); };
     const std::string before = bytes();
     const auto resumed = run("--case even_film --resume");
-    CHECK(bytes() == before);  // its clock would tell
+    CHECK(bytes() == before);  // a new run would change its seconds
     CHECK(run("--case even_film --resume") == resumed);
     // The row of another case, as a run of all would have left it.
     auto report = resumed;
@@ -124,7 +124,7 @@ TEST_CASE("validate goes on where it was killed, and a part of the cases keeps t
     row["readings"] = nlohmann::json::array();
     for (std::size_t k = 0; k < other.figures.size(); ++k)
         row["readings"].push_back(resumed["cases"][0]["readings"][0]);
-    auto stale = row;  // of a recipe that the program no longer has
+    auto stale = row;  // of a recipe that the program does not have
     stale["name"] = cases[1].name;
     report["cases"] = {stale, row};
     std::ofstream(folder.path / "out/validation.json") << report;
@@ -229,7 +229,7 @@ TEST_CASE(
     CHECK(history.find(rest) != std::string::npos);
     CHECK(history.find(",mine,\"a, whole\",um,8.5") != std::string::npos);
     CHECK(std::count(history.begin(), history.end(), '\n') == 8);  // no row twice
-    // Another file is not taken for a history, and stays.
+    // A file that is no history is refused and stays unchanged.
     test::write_bytes(one.folder.path / "mine.csv", "a,b\n1,2\n");
     CHECK(one.validate(" --resume --history mine.csv").exit_code != 0);
     CHECK(test::read_bytes(one.folder.path / "mine.csv") == "a,b\n1,2\n");
@@ -310,5 +310,5 @@ TEST_CASE("ten parts of a pulse are enough for the dose that half fills the floo
     INFO(outcome.output);
     REQUIRE(outcome.exit_code == 0);
     CHECK(nlohmann::json::parse(outcome.output)["cases"][0]["readings"][0]["ours"].get<double>() ==
-          Approx(0.5).margin(0.004));  // 0.013 off with the fluxes of each part's beginning
+          Approx(0.5).margin(0.004));  // 0.013 off if each part took the fluxes at its beginning
 }

@@ -78,7 +78,7 @@ TEST_CASE("a void has its number, volume, top and width, with its mirror image a
         CHECK(wafer("void_volume_whole") == Approx(tube).margin(area));
         CHECK(wafer("void_top") == Approx(1.0 - r).margin(line));
         CHECK(wafer("void_width") == Approx(2.0 * r).margin(2.0 * line));
-        // What is shut in is not open.
+        // A closed void counts neither for the depth nor for openings.
         CHECK(wafer("depth") == Approx(0.0).margin(2e-3 * kVoidSpacing));
         CHECK(std::isnan(wafer("cd_at_1")));
     }
@@ -126,7 +126,7 @@ TEST_CASE("a trench that an even film has filled keeps no slit, and its seam end
                 CHECK(found["cd_at_0.6"].is_null());
                 CHECK(found["voids"] == 0.0);
             }
-    // Of exactly half the width.
+    // A film of exactly half the width.
     const Json half =
         metrology_of(filled_trench(0.1, "model = \"conformal\"\nmaterial = \"SiO2\"\nthickness = 0.5\n"));
     CHECK(half["depth"].get<double>() == Approx(0.0).margin(0.01));

@@ -12,7 +12,7 @@ using namespace sidewall;
 namespace {
 
 // Volume within the domain of all voids below the wafer's surface: parts of the mesh that do not reach its
-// top. Sides of the domain across y close them: x n_x has no flux through those.
+// top. The domain's sides across y close the voids: x n_x has no flux through them.
 double void_volume(const TriangleMesh& mesh) {
     surface::DisjointSets sets(mesh.vertices.size());
     for (const auto& [a, b, c] : mesh.triangles) {
@@ -70,7 +70,7 @@ TEST_CASE("speeds without particles do not reach into a closed void either", "[s
         CHECK(closed > 0.1);
         // Where the speed depends on the normal, re-distancing rounds the edges of the void at rest a little.
         CHECK(last == Approx(closed).epsilon(3e-3));
-        // What is open moved.
+        // The open surface has moved.
         const double before = bounding_box(surface(2)).max.z(), after = bounding_box(surface(3)).max.z();
         CHECK(std::abs(after - before) == Approx(0.3 * 0.3).margin(0.01));
     }

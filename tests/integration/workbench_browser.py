@@ -102,7 +102,7 @@ class Browser:
                     raise RuntimeError(f"{method}: {reply['error']}")
                 return reply["result"]
             self.events.append(reply)
-            if reply.get("method") == "Page.javascriptDialogOpening":  # a question: yes
+            if reply.get("method") == "Page.javascriptDialogOpening":  # confirms the question
                 answer = {"id": 1_000_000, "method": "Page.handleJavaScriptDialog", "params": {"accept": True},
                           "sessionId": self.session}
                 os.write(self.out, json.dumps(answer).encode() + b"\0")
@@ -248,7 +248,7 @@ def run_stop_resume(page, found):
 
     let_work(page, three_frames)
     found["frames_while_running"] = sorted(frames)
-    # As the run goes on, the view stays where it was turned to, and the page where it was scrolled to.
+    # While the run continues, the view keeps its direction, and the page its scroll position.
     page.js("Sidewall.viewer.zoom(0.6); window.scrollTo({ top: 150, behavior: 'instant' })")
     page.until("scrollY === 150")
     seen = "[Sidewall.viewer.distance() * Sidewall.viewer.size, scrollY]"
@@ -321,14 +321,14 @@ def conflict(page, found, folder):
     page.until("!Sidewall.workbench.state.dirty")
     with open(path) as file:
         found["kept"] = file.readline()
-    # Changed again, it is not run either; the question ends with another recipe.
+    # A file changed again is not run either; opening another recipe closes the question.
     with open(path, "w") as file:
         file.write(SMALL)
     press(page, "Run")
     found["run_refused"] = page.until("(document.querySelector('.choice p') || {}).textContent")
     page.until("Sidewall.workbench.open('trench.toml').then(() => true)")
     found["choices_elsewhere"] = page.js("document.querySelectorAll('[role=alertdialog]').length")
-    # Removed, it can be written anew.
+    # A removed file can be written again.
     page.until("Sidewall.workbench.open('small.toml').then(() => true)")
     put_cursor(page, 0, "# mine")
     page.until("Sidewall.workbench.state.dirty")
@@ -390,7 +390,7 @@ def masks(page, found):
                 f"[...{form}.querySelectorAll('button')].find((b) => b.textContent.startsWith('Draw')).click()")
         page.until(f"document.querySelector('.pane.drawing') && {VIEWER} && {VIEWER}.aspect > 0 && {VIEWER}.fitted.name !== '3-D'")
 
-    page.js("document.documentElement.style.scrollBehavior = 'auto'")  # at once
+    page.js("document.documentElement.style.scrollBehavior = 'auto'")  # no smooth scrolling
     page.until(f"{outlines} === 0 && {VIEWER} && {VIEWER}.aspect > 0")
     press_draw()
     draw((0.4, 0.45), (0.5, 0.5), (0.6, 0.55), halfway=another_view)
@@ -405,7 +405,7 @@ def masks(page, found):
     undo()
     undo()
     found["undone"] = page.until(f"{text} === {json.dumps(before)}")
-    # By the keyboard, and what stays instead of what is open.
+    # Drawing by the keyboard, of what stays instead of what is open.
     page.js(f"for (const [name, v] of Object.entries({{ 'x from': -0.5, 'x to': 0.25, 'y from': -0.2, 'y to': 0.3, thickness: 0.2 }}))"
             f"  {form}.querySelector(`[aria-label='${{name}}']`).value = v; {form}.querySelector('select').selectedIndex = 1;"
             f"{form}.querySelector(`[aria-label='y to']`).focus()")
@@ -515,7 +515,7 @@ def compare(page, found, folder):
     drop(page, "measured.csv", "x [nm],z [nm]\n" + "".join(f"{x},100\n" for x in range(-1000, -500, 100)))
     page.until(f"{lines}.includes('measured.csv')")
     found["dots"] = page.until("document.querySelectorAll('.results figure.shape .series circle').length")
-    # One of the folder is chosen from a list.
+    # A profile of the folder is chosen from a list.
     with open(f"{folder}/older.csv", "w") as file:
         file.write("x [nm],z [nm]\n0,100\n10,100\n")
     page.until("(() => { const list = document.querySelector('[aria-label=\"measured profile\"]');"

@@ -87,7 +87,7 @@ def main():
         resumed = subprocess.run([program, "run", "recipe.toml", "-o", "results/one", "--resume", "--quiet"], cwd=folder)
         found["resumed"] = resumed.returncode
         found["at_last"] = server.run()["state"]
-        # A run over another one's folder says why it does not begin, in its log.
+        # A run into another run's folder says in its log why it does not begin.
         server.ask("/api/start", {"command": "run", "recipe": "other.toml", "output": "results/one"})
         end = time.time() + 30
         while time.time() < end:
@@ -98,7 +98,7 @@ def main():
         found["log"] = log
         wrong = server.ask("/api/preview", {"path": "recipe.toml", "text": "[domain\n"})
         found["wrong_line"] = wrong["line"]
-        # A sweep that is stopped goes on as its folder says.
+        # A sweep that is stopped resumes with the settings of its folder.
         server.ask("/api/start", {"command": "sweep", "recipe": "recipe.toml", "output": "results/sweep",
                                   "vary": ["step[0].rate=0.1,0.2,0.3"], "set": ["advection.cfl=0.02"]})
         server.until("running", name="results/sweep")

@@ -131,7 +131,7 @@ TEST_CASE("a run outlives the workbench that started it, and page and command li
     REQUIRE(outcome.exit_code == 0);
     const Json runs = Json::parse(outcome.output);
     CHECK(runs["after_kill"] == "running");
-    CHECK(runs["damaged_answered"] > 300);  // the others are dropped
+    CHECK(runs["damaged_answered"] > 300);  // the server drops the others
     CHECK(runs["went_on"] == true);
     CHECK(runs["asked"] == true);
     CHECK(runs["checkpoint"] == true);

@@ -14,7 +14,7 @@ using namespace sidewall::levelset;
 
 namespace {
 
-// Mean radius error, in the sphere's unit, after moving a sphere of radius 1 by `shift` with dx = 1 / cells.
+// Error of the mean radius, relative to it, after a sphere of radius 1 moved by `shift` with dx = 1 / cells.
 double sphere_error(int cells, double shift, Scheme scheme, TimeIntegration time) {
     const double radius = cells, end = radius + shift * radius;
     const Domain domain = test::unit_domain(2 * static_cast<int>(std::max(radius, end)) + 14);
@@ -61,7 +61,7 @@ TEST_CASE("a sphere of 100 dx grown by 3 dx keeps its radius to 0.005 dx and its
 
 namespace {
 
-// Height of a plane that sinks as fast as it stands high, dz/dt = -rate z, after two time steps.
+// Height after two time steps of a plane that sinks at dz/dt = -rate z.
 double sunken(TimeIntegration scheme, double start, double rate, double dt) {
     const Domain domain = test::unit_domain(8);
     const auto motion_of = [&](const MaterialStack& stack) {
@@ -106,8 +106,8 @@ TEST_CASE("speeds found again at every stage give the order of the time integrat
 }
 
 TEST_CASE("first-order upwinding errs by its truncation error on a sphere") {
-    // Upwind differences of a distance are short by dx/2 sum |n_i| phi_ii; its mean over a sphere is 3/8
-    // dx/r.
+    // First-order upwind differences of a distance are too small by dx/2 sum |n_i| phi_ii, whose mean over a
+    // sphere is 3/8 dx/r.
     const Domain domain = test::unit_domain(114);
     MaterialStack stack{domain, {{0, test::sphere_grid(domain, 50)}}};
     test::move(stack, 3.0, {Scheme::engquist_osher, TimeIntegration::euler, 0.5},
@@ -119,8 +119,8 @@ TEST_CASE("first-order upwinding errs by its truncation error on a sphere") {
 
 TEST_CASE("uniform growth of a trench is its exact offset") {
     // Closed form: flats and walls move by d, convex edges become arcs of radius d, concave corners stay
-    // sharp. How much of an arc the grid cuts off depends on where in a cell the edge begins (0.35 to 0.58
-    // dx); here no front ever lies on nodes, where rounding would decide on which side of it they are.
+    // sharp. The grid cuts 0.35 to 0.58 dx off an arc, depending on where in a cell the edge begins. No front
+    // ever lies on nodes here, where rounding would decide its side.
     const Domain domain = test::unit_domain(42);
     Shape shape;
     shape.kind = ShapeKind::trench;
@@ -153,8 +153,7 @@ TEST_CASE("uniform growth of a trench is its exact offset") {
 }
 
 TEST_CASE("an etch that reaches another material within a time step goes on with that material's speed") {
-    // A film of 1.3 dx on a substrate that does not etch: after any time the substrate's surface is still at
-    // 0.
+    // A film of 1.3 dx on a substrate. Once it is gone, the substrate etches at its own speed, or stays at 0.
     const Domain domain = test::unit_domain(16);
     Shape substrate, film;
     film.top = 1.3;
@@ -170,8 +169,8 @@ TEST_CASE("an etch that reaches another material within a time step goes on with
 }
 
 TEST_CASE("an etch through a film goes on below it though a mask lies between elsewhere") {
-    // The mask wraps the substrate without thickness in its window: the time step that ends the film is
-    // not lost there.
+    // In its window the mask layer coincides with the substrate. The time step that ends the film must go on
+    // etching the substrate there.
     const Domain domain = test::unit_domain(24);
     Shape substrate, mask;
     mask.kind = ShapeKind::trench;
@@ -214,7 +213,7 @@ TEST_CASE("a periodic domain moves like its shifted copy") {
             sum += 0.5 * area_vector(mesh, t).z() * triangle_centroid(mesh, t).z();
         return sum;
     };
-    // Whole-cell shifts see the same stencils, wherever the sides cut the hole.
+    // Shifts by whole cells give the same stencils, wherever the sides cut the hole.
     CHECK(volume(0.0) == Approx(volume(16.0)).epsilon(1e-4));
     CHECK(volume(0.0) == Approx(volume(5.0)).epsilon(1e-4));
 }

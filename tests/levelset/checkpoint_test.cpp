@@ -39,7 +39,7 @@ MaterialStack two_layers(const Domain& domain) {
     return stack;
 }
 
-// Refused by name, in characters of a terminal.
+// Checks that the file is refused by name, in printable ASCII.
 void check_refused(const fs::path& path, const Domain& domain) {
     try {
         load_checkpoint(path, domain);
@@ -80,7 +80,7 @@ TEST_CASE("a damaged checkpoint is refused by name before anything in it is read
         });
         ++tried;
     };
-    // Cut anywhere, most of all near the ends; with bytes behind; with a hole of zeros, as after a crash.
+    // Truncated, mostly near the ends; with bytes appended; with a run of zeros, as after a crash.
     for (std::size_t k = 0; k < 200; ++k) {
         refuse(whole.substr(0, k * whole.size() / 200));
         refuse(whole.substr(0, std::min(k, whole.size())));
@@ -93,7 +93,7 @@ TEST_CASE("a damaged checkpoint is refused by name before anything in it is read
         std::fill_n(bytes.begin() + std::ptrdiff_t(k * whole.size() / 60), whole.size() / 100, '\0');
         if (bytes != whole) refuse(bytes);
     }
-    // One bit, or some: in the header, the metadata, the voxels and the seal.
+    // One bit flipped, sometimes a byte too: in the header, the metadata, the voxels and the seal.
     std::mt19937 random(7);
     for (int k = 0; k < 600; ++k) {
         std::string bytes = whole;
@@ -104,7 +104,7 @@ TEST_CASE("a damaged checkpoint is refused by name before anything in it is read
         if (k % 2 == 0) bytes[random() % whole.size()] ^= 0x55;
         if (bytes != whole) refuse(bytes);
     }
-    // None is read: CPU time on a busy machine is good to a factor of two.
+    // Refused without being parsed. CPU time on a busy machine is good to a factor of two.
     CHECK(refusing / tried < 2.0 * reading / kWhole);
     write_bytes(path, whole);
     CHECK(load_checkpoint(path, domain).text == "where we were");
@@ -117,7 +117,7 @@ TEST_CASE("a checkpoint of another version is refused by name") {
     levelset::write_sealed_file(path, 999, [](std::ostream& out) { out << "what is to come"; });
     CHECK_THROWS_WITH(load_checkpoint(path, domain),
                       Contains(path.string()) && Contains("format version 999"));
-    // What OpenVDB writes by itself, as checkpoints were before they had a seal.
+    // A plain OpenVDB file, the format of checkpoints without a seal.
     const MaterialStack stack = two_layers(domain);
     openvdb::io::File(path.string()).write(openvdb::GridCPtrVec{stack.layers[0].phi});
     CHECK_THROWS_WITH(load_checkpoint(path, domain), Contains("older than this version"));

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kThrough = std::numeric_limits<double>::infinity();
 
-// A plate up to \p top with a slit \p width wide along y.
+// A plate up to z = \p top with a slit \p width wide along y.
 Shape plate(double top, double width) {
     Shape shape{.kind = ShapeKind::trench, .top = top};
     shape.width = width;
@@ -24,9 +24,8 @@ Shape plate(double top, double width) {
     return shape;
 }
 
-// How far, in cells, a layer that lies between two heights reaches beyond them in the meshes, farther than \p
-// x_min from the middle: the part of the surface that is its own, and what a disc of a tenth of a cell meets
-// between the interfaces, to a twentieth.
+// How far, in cells, a layer's meshes reach below \p low or above \p high where |x| >= \p x_min: the layer's
+// part of the surface, and points over 0.05 cells from both its interfaces, sampled every 0.05 cells in z.
 double reach(const MaterialStack& stack, const StackMeshes& meshes, std::size_t layer, double low,
              double high, double x_min = 0.0) {
     constexpr double kHalfDisc = 0.05;
@@ -97,7 +96,7 @@ TEST_CASE(
     for (const double bottom : {0.0, 0.13, 0.5})
         for (const double wall : {0.0, 0.13, 0.4, 0.5})
             for (const double depth : {0.0, 3.4})
-                for (const bool film : {false, true}) {  // film: not begun to grow
+                for (const bool film : {false, true}) {  // film: begun, still without thickness
                     const Domain domain = make_domain({28.0, 2.0}, 1.0, {Side::reflective, Side::periodic});
                     Shape silicon, recess = plate(bottom, 10.0 + 2.0 * wall);
                     silicon.top = bottom;
@@ -105,7 +104,7 @@ TEST_CASE(
                     recess.subtract = true;
                     std::vector<std::pair<int, Shape>> bodies{{0, silicon}};
                     if (depth > 0.0) bodies.emplace_back(0, recess);
-                    // Wider than the recess, so that the silicon's edge is bare.
+                    // The mask's window is wider than the recess, so that the silicon's edge is bare.
                     bodies.emplace_back(1, plate(bottom + 4.3, 20.0 + 2.0 * wall));
                     MaterialStack stack = make_stack(domain, bodies);
                     if (film) begin_film(stack, 2);
@@ -117,8 +116,8 @@ TEST_CASE(
                         (meshes.surface.layer[t] == 1 ? mask_area : silicon_area) +=
                             triangle_area(meshes.surface.mesh, t);
                     const double floor = 20.0 + 2.0 * wall;
-                    // Where walls or floors lie on nodes, re-distancing leaves values in corners that are off
-                    // by up to 0.065 cells: so are the corners.
+                    // Where walls or floors lie on nodes, re-distancing leaves values in corners, and so the
+                    // corners, off by up to 0.065 cells.
                     const double most = 4.0 * 0.065;
                     CHECK(silicon_area == Approx(2.0 * (floor + 2.0 * depth)).margin(most));
                     CHECK(mask_area == Approx(2.0 * (28.0 - floor + 2.0 * 4.3)).margin(most));
@@ -127,7 +126,7 @@ TEST_CASE(
                     if (film)
                         CHECK(total_area(meshes.interfaces[1]) ==
                               Approx(silicon_area + mask_area).margin(most));
-                    CHECK(meshes.surface.added.empty());  // all lines lie on edges
+                    CHECK(meshes.surface.added.empty());  // all contact lines lie on sharp edges
                 }
 }
 
@@ -143,7 +142,7 @@ TEST_CASE("what a film covers has its edges") {
     check_meshes(meshes);
     REQUIRE(meshes.interfaces.size() == 1);
     CHECK(meshes.interfaces[0].vertices == extract_surface(stack, 0).vertices);
-    // Four edges of the trench, which marching cubes alone cuts off.
+    // The trench's four edges are sharp; marching cubes alone would cut them off.
     CHECK(total_area(meshes.interfaces[0]) == Approx(4.0 * (28.0 + 2.0 * 10.3)).epsilon(1e-3));
     for (const std::size_t layer : meshes.surface.layer) CHECK(layer == 1);
 }
@@ -161,7 +160,7 @@ TEST_CASE("every nitride that is recessed between oxides ends at their faces") {
     test::move(stack, 4.0, {}, [](std::size_t layer, const Vec3&) { return layer % 2 == 1 ? -1.0 : 0.0; });
     const StackMeshes meshes = extract_materials(stack, extract_surface(stack));
     check_meshes(meshes);
-    // In the recesses: on the oxides' outer edges, at 6.2, the etch leaves up to 0.3 cells of nitride.
+    // Only beyond |x| = 7.5: on the oxides' outer edges, at 6.2, the etch leaves up to 0.3 cells of nitride.
     for (std::size_t k = 1; k < tops.size(); ++k) {
         CAPTURE(k);
         CHECK(reach(stack, meshes, k, tops[k - 1], tops[k], 7.5) < 0.31);
@@ -171,13 +170,13 @@ TEST_CASE("every nitride that is recessed between oxides ends at their faces") {
 TEST_CASE(
     "no tooth of the upper material hangs on a flush wall, wherever wall and interface lie between nodes",
     "[slow]") {
-    // A recess through oxide and nitride into silicon, cut out or etched down by a few cells: its wall is
-    // flush.
+    // A recess through oxide and nitride into silicon, cut out or also etched down by a few cells: its wall
+    // is flush across the layers.
     for (const ShapeKind kind : {ShapeKind::trench, ShapeKind::hole, ShapeKind::mask})
         for (const double wall : {0.0, 0.25, 0.5, 0.75})
             for (const double height : {0.0, 0.25, 0.5, 0.75})
                 for (const double etched : {0.0, 2.3}) {
-                    // Round and oblique walls lie everywhere between nodes.
+                    // Round and oblique walls cross all positions between nodes.
                     if (kind != ShapeKind::trench && wall > 0.0) continue;
                     const bool strip = kind == ShapeKind::trench;
                     const Domain domain =

@@ -7,7 +7,7 @@ using namespace sidewall::levelset;
 
 namespace {
 
-// Two triangles side by side, whose shared edge is divided at a point \p height above its middle.
+// Two triangles whose shared edge is divided at a point \p height above its middle; the number of parts.
 std::size_t parts_with_point(double height) {
     TriangleMesh mesh;
     mesh.vertices = {Vec3(0, -0.1, 0), Vec3(0, 0.1, 0), Vec3(1, 0, 0), Vec3(-1, 0, 0), Vec3(0, 0, height)};
@@ -21,7 +21,7 @@ std::size_t parts_with_point(double height) {
 
 TEST_CASE("a point that would lay two parts of triangles on each other is left out") {
     CHECK(parts_with_point(0.05) == 4);
-    // Its parts stand 6 degrees apart: 2 atan(0.1 / 2).
+    // The parts at the point stand 2 atan(0.1 / 2), 6 degrees, apart.
     CHECK(parts_with_point(2.0) == 2);
 }
 

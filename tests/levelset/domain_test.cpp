@@ -45,6 +45,6 @@ TEST_CASE("extents and spacings that make no grid are refused") {
     CHECK_THROWS_AS(make_domain({1, 1}, nan, sides), RecipeError);
     CHECK_THROWS_AS(make_domain({1, 1}, 1e-9, sides), RecipeError);
     CHECK_THROWS_AS(make_domain({1, 3.14159}, 0.3, sides), RecipeError);
-    // 12 and 46 times 0.1 are no decimals of a few digits; the advice is.
+    // 12 and 46 times 0.1 are no short decimals in floating point; the advice is rounded.
     CHECK_THROWS_WITH(make_domain({1.23, 4.57}, 0.1, sides), Catch::EndsWith("e.g. [1.2, 4.6]"));
 }

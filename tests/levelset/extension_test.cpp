@@ -12,7 +12,7 @@ using namespace sidewall::levelset;
 
 namespace {
 
-// World point of a grid node, whichever library numbers it.
+// World position of a grid node, of any type of integer coordinates.
 template <class Node>
 Vec3 world(const Domain& domain, const Node& c) {
     return {domain.coordinate(0, c.x()), domain.coordinate(1, c.y()), domain.coordinate(2, c.z())};
@@ -24,8 +24,8 @@ Vec3 point_of(const TriangleMesh& mesh, const SurfaceSample& s) {
     return (1.0 - u - v) * mesh.vertices[a] + u * mesh.vertices[b] + v * mesh.vertices[c];
 }
 
-// How much farther than the nearest surface point the samples of the near nodes are, at most; and the
-// farthest any node of the band, with its own distance to the front, is from what it was given.
+// Largest excess of a node's distance to its sample: `near` over that to the nearest surface point, for nodes
+// that have samples; `band` over |phi|, for all nodes of the band.
 struct Excess {
     double near = 0.0, band = 0.0;
 };
@@ -57,11 +57,11 @@ TEST_CASE("every node of the band takes its speed next to its foot point on a sp
     const GridPtr grid = test::sphere_grid(domain, 12.3);
     const TriangleMesh mesh = extract_surface(*grid, domain);
     const Excess e = excess(*grid, domain, mesh);
-    // The foot is sought along the gradient, the mesh's facets are tilted against it by up to sqrt(3)/2 dx /
-    // r: 0.9 dx (1 / cos - 1).
+    // Foot points are sought along the gradient, from up to 0.9 dx away. Facets are tilted against it by up
+    // to sqrt(3)/2 dx / r, which adds 0.9 dx (1 / cos - 1).
     const double tilt = 0.5 * std::sqrt(3.0) / 12.3;
     CHECK(e.near < 0.9 * (1.0 / std::cos(tilt) - 1.0));
-    // A far node has the sample of the node beside its foot: sqrt(3)/2 dx to the side at most.
+    // A far node takes the sample of the node beside its foot point: at most sqrt(3)/2 dx to the side.
     CHECK(e.band < 0.9);
 }
 
@@ -74,8 +74,8 @@ TEST_CASE("every node of the band takes its speed next to its foot point in a tr
     const MaterialStack stack = make_stack(domain, {{0, trench}});
     const TriangleMesh mesh = extract_surface(stack.top(), domain);
     const Excess e = excess(stack.top(), domain, mesh);
-    // At an edge the gradient points between the faces: up to (1 - 1/sqrt(2)) of a cell farther than the
-    // nearest.
+    // At an edge the gradient points between the faces: its foot point is up to (1 - 1/sqrt(2)) of a cell
+    // farther away than the nearest point.
     CHECK(e.near < 0.3);
     CHECK(e.band < 1.5);
 }
@@ -96,7 +96,7 @@ TEST_CASE("triangles much larger than a cell serve all nodes above them") {
         const Vec3 node = world(domain, s.node);
         away = std::max(away, (point_of(mesh, s) - Vec3(node.x(), node.y(), height)).norm());
     }
-    // Barycentric weights are single precision over 40 dx.
+    // Barycentric weights are single precision, over triangles of 40 dx.
     CHECK(away < 40.0 * 1e-6);
 }
 

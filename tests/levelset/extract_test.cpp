@@ -30,8 +30,8 @@ void check_surface(const TriangleMesh& mesh, long euler, std::size_t loops) {
     if (loops > 0) CHECK(surface::boundary_on_rectangle(mesh, topology));
 }
 
-// Values in [-1, 1] at every node of a box, so that every sign pattern occurs; the outermost nodes are
-// outside.
+// Random values in [-1, 1] at every node of a box, so that every sign pattern occurs; its outermost nodes lie
+// outside the material.
 GridPtr noise_grid(const Domain& domain, unsigned seed) {
     const GridPtr grid = make_grid(domain);
     std::mt19937 random(seed);
@@ -105,7 +105,7 @@ TEST_CASE("the table closes every cell: each pattern's edges run once in each di
     CHECK(table[0].empty());
     CHECK(table[255].empty());
     for (std::size_t pattern = 1; pattern < 255; ++pattern) {
-        // Every cell edge with two signs carries a vertex, no other does.
+        // Exactly the cell edges whose ends differ in sign carry a vertex.
         unsigned used = 0, expected = 0;
         for (const auto e : table[pattern]) used |= 1u << e;
         for (int e = 0; e < 12; ++e) {
@@ -138,7 +138,7 @@ TEST_CASE("the surface of a sphere lies on it to second order") {
         error[level] =
             test::radius_error(extract_surface(*test::sphere_grid(domain, radius), domain), radius).max;
     }
-    // Linear interpolation along an edge errs by at most dx^2 / (8 r), and the clearance of nodes by 1e-3 dx.
+    // Linear interpolation along an edge errs by at most dx^2 / (8 r); keeping clear of nodes adds 1e-3 dx.
     CHECK(error[0] < 1.0 / 80.0 + surface::kNodeClearance);
     CHECK(error[1] < 1.0 / 160.0 + surface::kNodeClearance);
 }

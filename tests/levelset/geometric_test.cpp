@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kDx = 0.1;
 
-// Volume below a layer's front, over the domain, from z = 0.
+// Volume between z = 0 and a layer's front, over the domain.
 double volume(const MaterialStack& stack, std::size_t layer) {
     const TriangleMesh mesh = extract_surface(*stack.layers[layer].phi, stack.domain);
     double sum = 0.0;
@@ -42,8 +42,8 @@ MaterialStack trench() {
 TEST_CASE("fill, planarize and strip leave the volumes they should") {
     MaterialStack stack = trench();
     const double silicon = volume(stack, 0);
-    // Marching cubes cut both rims by half a square cell along 2, and faces on nodes, 20 in all, lie beside
-    // them.
+    // Marching cubes cuts half a square cell off both rims, each 2 long, and puts faces on nodes, 20 in area,
+    // kNodeClearance cells beside them.
     CHECK(silicon == Approx(-8.0).margin(2.0 * kDx * kDx + 20.0 * surface::kNodeClearance * kDx));
     CHECK(volume(stack, 1) - silicon == Approx(4.0).margin(0.05));
 
@@ -99,19 +99,19 @@ Shape square(double half, bool openings = true) {
     return shape;
 }
 
-// Silicon (0) under 0.55 of oxide (1), 0.35 of nitride (2) and 0.4 of oxide again, 4 x 4.
+// Silicon (0) under films of 0.55 of oxide (1), 0.35 of nitride (2) and 0.4 of oxide again, over 4 x 4.
 MaterialStack films() {
     const Domain domain = make_domain({4.0, 4.0}, kDx, {Side::reflective, Side::periodic});
     const auto plane = [](double top) { return Shape{.kind = ShapeKind::plane, .top = top}; };
     return make_stack(domain, {{0, plane(-1.03)}, {1, plane(-0.48)}, {2, plane(-0.13)}, {1, plane(0.27)}});
 }
 
-// Of a layer itself.
+// Volume of a layer itself, without the layers below.
 double own_volume(const MaterialStack& stack, std::size_t layer) {
     return volume(stack, layer) - (layer > 0 ? volume(stack, layer - 1) : 0.0);
 }
 
-// What marching cubes may take from the sharp edges of a square opening 0.5 deep, and from its walls.
+// Bound on what marching cubes cuts off a square opening 0.5 deep: half a square cell along its edges.
 constexpr double kEdges = 0.5 * kDx * kDx * (2 * 8.0 + 4 * 0.5);
 
 }  // namespace
@@ -122,7 +122,7 @@ TEST_CASE("a mask is spun on to a flat top and open where its polygons are, or w
         const double before = volume(stack, 1);
         mask(stack, 3, square(0.63, openings), 0.43, false);
         REQUIRE(stack.layers.size() == 3);
-        // Flat at 0.93, over a trench that it fills.
+        // The mask's top is flat at 0.93, also over the trench, which it fills.
         const double area = 1.26 * 1.26, inside = area * (0.93 + 2.0), all = 12.0 * 0.93 - before;
         CAPTURE(openings);
         CHECK(volume(stack, 2) - before == Approx(openings ? all - inside : inside).margin(0.06));
@@ -173,14 +173,14 @@ TEST_CASE("a cut takes the named materials away, wherever they lie, down to its 
         MaterialStack stack = films();
         cut(stack, std::vector{1}, square(1.23), -0.33);
         REQUIRE(stack.layers.size() == 4);
-        // The upper oxide alone: the lower one begins at -0.48.
+        // Only the upper oxide is cut: the lower one begins at -0.48.
         CHECK(own_volume(stack, 3) == Approx((16.0 - area) * 0.4).margin(kEdges));
         for (const std::size_t k : {1, 2})
             CHECK(own_volume(stack, k) == Approx(own_volume(films(), k)).margin(0.01));
         CHECK(exposed_material(stack, {0.0, 0.0, -0.13}) == 2);
         CHECK(exposed_material(stack, {1.8, 0.0, 0.27}) == 1);
     }
-    {  // Both oxides: the nitride between them hangs where it was.
+    {  // Both oxides are cut: the nitride between them stays where it was, hanging.
         MaterialStack stack = films();
         cut(stack, std::vector{1}, square(1.23), -INFINITY);
         CHECK(own_volume(stack, 1) == Approx((16.0 - area) * 0.55).margin(kEdges));
@@ -190,7 +190,7 @@ TEST_CASE("a cut takes the named materials away, wherever they lie, down to its 
         CHECK(exposed_material(stack, {0.0, 0.0, -0.48}) == 2);
         CHECK(exposed_material(stack, {0.0, 0.0, -1.03}) == 0);
     }
-    {  // All of them, into the silicon.
+    {  // All three films are cut, and the silicon down to -1.52.
         MaterialStack stack = films();
         cut(stack, std::vector{0, 1, 2}, square(1.23), -1.52);
         CHECK(volume(stack, 3) == Approx(16.0 * 0.27 - area * 1.79).margin(2 * kEdges));
@@ -218,7 +218,7 @@ TEST_CASE("films thinner than a cell stay where nothing below them is stripped")
     conformal(stack, 5, 0.4 * kDx);
     strip(stack, 3);
     REQUIRE(stack.layers.size() == 4);
-    // Floor, tops and walls.
+    // Area of the film: floor and tops 12, walls 10.
     CHECK(own_volume(stack, 2) == Approx(0.3 * kDx * (12.0 + 10.0)).margin(0.03));
     CHECK(exposed_material(stack, {2.5, 0.5, 0.5 + 0.7 * kDx}) == 5);
     CHECK(std::abs(distance_at(stack.top(), stack.domain, {2.5, 0.5, 0.5 + 0.7 * kDx})) < 0.05 * kDx);

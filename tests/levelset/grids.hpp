@@ -45,7 +45,7 @@ inline RadiusError radius_error(const TriangleMesh& mesh, double radius) {
     return e;
 }
 
-/// What lies between z = 0 and the front, above less below.
+/// Volume between z = 0 and the front, positive above z = 0 and negative below.
 inline double volume_above_zero(const levelset::Grid& grid, const levelset::Domain& domain,
                                 surface::SharpEdges edges = surface::SharpEdges::none) {
     const TriangleMesh mesh = levelset::extract_surface(grid, domain, edges);
@@ -55,7 +55,7 @@ inline double volume_above_zero(const levelset::Grid& grid, const levelset::Doma
     return sum;
 }
 
-/// The motion of a time step; \p extension is of the stack's surface, \p law of its samples.
+/// The motion of a time step, from the extension of the stack's surface and a speed law on its samples.
 inline levelset::Motion motion_of(const levelset::MaterialStack& stack, levelset::Extension extension,
                                   levelset::SpeedLaw law) {
     levelset::find_bodies(stack, extension);
@@ -63,7 +63,7 @@ inline levelset::Motion motion_of(const levelset::MaterialStack& stack, levelset
 }
 
 /// Moves the stack's surface for \p duration under \p speed(layer, normal), in time steps of at most cfl dx.
-/// \param max_etch_rate  by layer, where the speed depends on the normal; else empty.
+/// \param max_etch_rate  largest etch rate of each layer, where the speed depends on the normal; else empty.
 inline void move(levelset::MaterialStack& stack, double duration, const levelset::AdvectionOptions& options,
                  const std::function<double(std::size_t layer, const Vec3& normal)>& speed,
                  const std::vector<double>& max_etch_rate = {}) {

@@ -32,7 +32,7 @@ Shape deep_trench() {
     return trench;
 }
 
-// A stack of one layer, whose distance is given.
+// A stack of one layer with the given signed distance.
 MaterialStack stack_of(const Domain& domain, const std::function<double(const Vec3&)>& distance, double low,
                        double high) {
     MaterialStack stack{domain, {}};
@@ -41,7 +41,7 @@ MaterialStack stack_of(const Domain& domain, const std::function<double(const Ve
     return stack;
 }
 
-// By level: the columns that \p chosen(x, y) picks.
+// The columns of every level but the coarsest, set where \p chosen(x, y).
 std::vector<LevelColumns> picked(const MaterialStack& stack,
                                  const std::function<bool(int x, int y)>& chosen) {
     std::vector<LevelColumns> result;
@@ -54,7 +54,7 @@ std::vector<LevelColumns> picked(const MaterialStack& stack,
     return result;
 }
 
-// Columns drawn in squares of \p size a side, about \p share of them.
+// Chooses about \p share of all columns at random, in squares of \p size x \p size columns.
 std::function<bool(int x, int y)> drawn(std::mt19937& random, int size, double share) {
     constexpr std::size_t kSide = 32;
     std::vector<std::uint8_t> square(kSide * kSide);
@@ -64,7 +64,7 @@ std::function<bool(int x, int y)> drawn(std::mt19937& random, int size, double s
     };
 }
 
-// Whether every level, but the coarsest, counts somewhere and elsewhere does not.
+// Whether every level but the coarsest is used in at least four columns and unused in at least four.
 bool all_count_in_part(const MaterialStack& stack) {
     for (const MaterialStack* level = &stack; level->coarser; level = level->coarser.get())
         for (const int kind : {0, 1})
@@ -72,7 +72,7 @@ bool all_count_in_part(const MaterialStack& stack) {
     return true;
 }
 
-// Directed edges that have no opposite, but for those on the domain's sides.
+// Number of directed edges without an opposite, but for those on the domain's sides, or used twice.
 int open_edges(const TriangleMesh& mesh, const Domain& domain) {
     std::map<std::pair<std::uint32_t, std::uint32_t>, int> count;
     for (const Triangle& t : mesh.triangles)
@@ -93,7 +93,7 @@ int open_edges(const TriangleMesh& mesh, const Domain& domain) {
     return open;
 }
 
-// V by layer and normal on every level.
+// Speed by layer and normal, the same on every level.
 using Law = std::function<double(std::size_t layer, const Vec3& normal)>;
 
 Motion motion_of(const MaterialStack& stack, const Law& law) {
@@ -104,7 +104,7 @@ Motion motion_of(const MaterialStack& stack, const Law& law) {
     return motion;
 }
 
-// Moves the surface, choosing the columns anew as the time loop does; \p wanted(time step) may ask for more.
+// Moves the surface and re-chooses the columns as the time loop does, also those of \p wanted(time step).
 void move_levels(MaterialStack& stack, double duration, const AdvectionOptions& options, const Law& law,
                  const std::function<std::vector<LevelColumns>(int)>& wanted) {
     int time_step = 0;
@@ -130,14 +130,14 @@ double volume_of(const TriangleMesh& mesh) {
     double sum = 0;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
         sum += area_vector(mesh, t).z() * triangle_centroid(mesh, t).z();
-    return sum;  // area_vector is twice the area
+    return sum;  // twice the volume: area_vector is twice the area
 }
 
 }  // namespace
 
 TEST_CASE("levels meet in one closed surface, however the columns lie", "[levels]") {
     std::mt19937 random(1);
-    int in_part = 0;  // of 16
+    int in_part = 0;  // stacks, of 16
     for (const Side side : {Side::reflective, Side::periodic})
         for (const int levels : {2, 3})
             for (int turn = 0; turn < 4; ++turn) {
@@ -171,7 +171,7 @@ TEST_CASE("a plane cuts what is around it as it cuts the whole front", "[levels]
     for (const Side side : {Side::reflective, Side::periodic})
         for (const int levels : {1, 2, 3}) {
             const Domain domain = test::unit_domain(128, side);
-            // Bent too little for a feature, whose columns would all be fine.
+            // Curved too little for a feature: the columns of features are always fine.
             const auto wave = [](double x) { return 8.0 * std::cos(x * std::numbers::pi / 64.0); };
             MaterialStack stack = stack_of(
                 domain, [&](const Vec3& p) { return p.z() + 0.3 - wave(p.x()) - wave(p.y() + 3.0); }, -24,
@@ -221,7 +221,7 @@ TEST_CASE("a plane stays one where columns of the coarser levels are cut off by 
         for (const MaterialStack* level = &stack; level->coarser; level = level->coarser.get()) {
             const LevelColumns deep = deep_columns(*level);
             deep_ones += static_cast<int>(std::count(deep.own.begin(), deep.own.end(), 1));
-            bool alike = true;  // in each leaf of the coarser level
+            bool alike = true;  // within each leaf of the coarser level
             for (int x = 0; x < deep.count[0]; ++x)
                 for (int y = 0; y < deep.count[1]; ++y)
                     alike = alike && deep.at(x, y) == deep.at(x & ~1, y & ~1);
@@ -231,8 +231,8 @@ TEST_CASE("a plane stays one where columns of the coarser levels are cut off by 
         const TriangleMesh mesh = extract_surface(stack);
         double most = 0.0;
         for (const Vec3& p : mesh.vertices) most = std::max(most, std::abs(p.z() - 6.3));
-        // Where two levels are given up at once, the coarsest one's nodes beside the front come from the
-        // middle one's a cell and a half away from it, which re-distancing in place leaves off by some
+        // Where a column drops two levels at once, the coarsest level's nodes at the front take values of the
+        // middle level's nodes a cell and a half away. Re-distancing in place leaves these off by some
         // hundredths.
         CHECK(most < (levels == 2 ? 1e-3 : 0.04));
         CHECK(open_edges(mesh, stack.domain) == 0);
@@ -242,7 +242,7 @@ TEST_CASE("a plane stays one where columns of the coarser levels are cut off by 
 }
 
 TEST_CASE("a feature on a side is fine also in the last column, cut off by it", "[levels]") {
-    // 29 coarse cells: half a rod lies on the side.
+    // 29 coarse cells, an odd number; the side cuts a rod in half.
     const Domain domain = test::unit_domain(58);
     for (const double radius : {2.0, 3.0, 4.0}) {
         MaterialStack stack = stack_of(
@@ -258,7 +258,7 @@ TEST_CASE("a feature on a side is fine also in the last column, cut off by it", 
 }
 
 TEST_CASE("the largest speed is that of levels where they count", "[levels]") {
-    // Of the finer level 1; of the coarser one 7 where it does not count and 3 where it does.
+    // The finer level's speed is 1; the coarser level's is 3 where it counts and 7 where it does not.
     for (const bool low : {true, false}) {
         MaterialStack stack = stack_of(
             test::unit_domain(128), [](const Vec3& p) { return p.z() - 0.3; }, -20, 20);
@@ -277,16 +277,15 @@ TEST_CASE("the largest speed is that of levels where they count", "[levels]") {
 }
 
 TEST_CASE("a front that grows across levels is off by what their cells are", "[levels]") {
-    // Straight lines across an arc of radius r are off by up to h^2 / 8 r: twice the cell, four times as
-    // much. A plane has no such error.
+    // Chords of length h are off an arc of radius r by up to h^2 / 8 r: cells twice as large err four times
+    // as much. A plane has no such error.
     const Domain domain = test::unit_domain(128);
     const double grown = 6.0, slope = 0.3, length = std::hypot(1.0, slope);
     struct Case {
         const char* name;
         std::function<double(const Vec3&)> distance;
-        double half_width;  // of what is looked at: in a domain with mirrors a slanted plane has ridges on
-                            // the sides
-        double most;        // times the error of one level
+        double half_width;  // of the part compared: mirrored at the sides, a slanted plane has ridges there
+        double most;        // bound on the mean error over that of one level
     };
     const Case cases[] = {
         {"sphere", [](const Vec3& p) { return (p - Vec3(3, 2, 0.4)).norm() - 42.0; }, 64.0, 4.5},
@@ -323,7 +322,7 @@ TEST_CASE("a front that grows across levels is off by what their cells are", "[l
 }
 
 TEST_CASE("a sharp corner and a thin film stay as on one level where levels meet", "[levels]") {
-    // A ridge with square edges along y, half of it forced to be fine all over, under a film a quarter of a
+    // A fin with square edges along y, all columns of its left half fine, under a film first a quarter of a
     // cell thick.
     const Domain domain = make_domain({256.0, 32.0}, 1.0, {Side::reflective, Side::periodic});
     Shape fin;
@@ -347,7 +346,7 @@ TEST_CASE("a sharp corner and a thin film stay as on one level where levels meet
         CHECK(between.max < 0.15);
         CHECK(between.mean < 0.01);
         CHECK(volume_of(b) == Approx(volume_of(a)).epsilon(1e-3));
-        // The film's own volume, a small difference.
+        // The film's own volume, a small difference of large ones.
         const double film = volume_of(a) - volume_of(extract_surface(fine, 0));
         CHECK(volume_of(b) - volume_of(extract_surface(stack, 0)) == Approx(film).epsilon(0.01));
     }
@@ -357,8 +356,8 @@ TEST_CASE("a sharp corner and a thin film stay as on one level where levels meet
 TEST_CASE("a film that comes and goes costs the layer below the same on cells four times coarser",
           "[levels]") {
     // Each cycle grows 0.5 cells of film and etches 0.66: the film first, then the layer at a fifth of the
-    // rate. By time steps of 0.22 cells there are 0.06 cells of film before the last one, more than counts as
-    // none.
+    // rate. In time steps of 0.22 cells, the last one begins with 0.06 cells of film, more than kExposed,
+    // below which a film counts as none.
     const double film = 0.5, etch = 0.66, slower = 0.2;
     const int cycles = 10;
     const auto height = [&](int levels) {
@@ -392,7 +391,7 @@ TEST_CASE("a film that comes and goes costs the layer below the same on cells fo
 TEST_CASE("levels that are made where they count are those of a stack made everywhere", "[levels]") {
     // The fin is thinner than a cell of the second level and lies between nodes of both coarser ones.
     const double length = GENERATE(
-        128.0, 136.0, 132.0);  // along y: whole columns of a coarser level, or of the finest, and half a one
+        128.0, 136.0, 132.0);  // along y: whole columns of a coarser level, of the finest, and half a one
     const Domain domain = make_domain({512.0, length}, 1.0, {Side::reflective, Side::periodic});
     Shape fin, film;
     fin.kind = ShapeKind::fin;
@@ -407,7 +406,7 @@ TEST_CASE("levels that are made where they count are those of a stack made every
     const std::vector<std::pair<int, Shape>> bodies{{0, fin}, {1, film}};
     MaterialStack whole = make_stack(domain, bodies);
     make_levels(whole, 3, 1);
-    std::size_t made = 0;  // of the finest level
+    std::size_t made = 0;  // voxels sampled on the finest level
     const MaterialStack part = make_levels(domain, 3, 1, [&](const Domain& level, const LeafChoice& where) {
         MaterialStack stack = sample_stack(level, bodies, {}, where);
         if (level.spacing == domain.spacing) made = voxels_by_level(stack)[0];
@@ -482,8 +481,8 @@ TEST_CASE("what is left of a layer is as much on several levels as on one", "[le
         std::size_t start = 0;
         return volume_left(stack, 1, 1e9, start);
     };
-    // On coarser levels the film counts as on the finest: planes have no error, and at the borders of columns
-    // a row of nodes too many or too few counts, a part in 16.
+    // Coarser levels count the film like the finest: planes have no error, and at borders of columns at most
+    // one row of nodes in 16 counts too often or too rarely.
     const double wafer = 0.7 * 128.0 * 64.0;
     CHECK(left(1, 0.7) == Approx(wafer).epsilon(0.1));
     CHECK(left(2, 0.7) == Approx(left(1, 0.7)).epsilon(1.0 / 16.0));

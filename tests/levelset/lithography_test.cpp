@@ -12,8 +12,8 @@ using namespace sidewall::levelset;
 
 namespace {
 
-// Of pixels of sigma / 5: 0.076 of a pixel squared over sigma for an edge within a pixel, and an eighth of it
-// times the distance from the edge, at most a sigma, between pixels.
+// Bound on an outline's error at pixels of p = sigma / 5: 0.076 p^2 / sigma for an edge within a pixel, and
+// p^2 / (8 sigma^2) times the distance from the edge, at most sigma, between pixels.
 constexpr double kError = 0.01;  // sigmas
 
 Domain box(double x, double y, Side side = Side::reflective) {
@@ -24,12 +24,12 @@ Polygon rectangle(double x0, double y0, double x1, double y1) {
     return {{x0, y0}, {x1, y0}, {x1, y1}, {x0, y1}};
 }
 
-// The share of a Gaussian below \p x.
+// Share of a Gaussian's integral below \p x.
 double below(double x, double sigma) {
     return 0.5 * std::erfc(-x / (sigma * std::numbers::sqrt2));
 }
 
-// Where a falling function is 0.
+// Root of a falling function, by bisection.
 double root(const std::function<double(double)>& f, double low, double high) {
     for (int n = 0; n < 100; ++n) (f(0.5 * (low + high)) > 0.0 ? low : high) = 0.5 * (low + high);
     return low;
@@ -65,14 +65,14 @@ TEST_CASE("an edge at any angle is blurred alike") {
     const Domain domain = box(4.0, 4.0);
     const double sigma = 0.1, threshold = 0.3, angle = 0.5;
     const double c = std::cos(angle), s = std::sin(angle);
-    // A half-plane u < 0 along the direction (c, s).
+    // The half-plane u < 0, where u is the coordinate along (c, s).
     const Polygon half{{-9.0 * s, 9.0 * c},
                        {9.0 * s, -9.0 * c},
                        {9.0 * (s - c), -9.0 * (c + s)},
                        {-9.0 * (s + c), 9.0 * (c - s)}};
     const Outline edge = outline_of({half}, {{sigma}, {}, threshold}, domain);
     const double u = root([&](double at) { return below(-at, sigma) - threshold; }, -2.0, 2.0);
-    // The mirrored wafer begins 5.5 sigma off the sides at the earliest.
+    // All points lie beyond the blur's reach, 5.5 sigma, from the sides, where the wafer is mirrored.
     for (const double v : {-1.0, -0.33, 0.0, 0.8})
         CHECK(std::abs(edge(u * c - v * s, u * s + v * c)) < kError * sigma);
 }
@@ -96,8 +96,8 @@ TEST_CASE("a corner rounds as the product of two error functions") {
 TEST_CASE(
     "a narrow line is as wide as the difference of error functions says, with several Gaussians by weight") {
     const Domain domain = box(9.0, 1.0);
-    // From sigmas that share pixels to one on pixels 16 times as large, whose images at the sides lie 5.5 of
-    // it away.
+    // From sigmas that share their pixels to one on pixels 16 times as large. Images of the line at the sides
+    // lie at least 5.5 sigma away.
     for (const auto& [width, wide] :
          {std::pair(0.15, 0.2), {0.2, 0.2}, {0.5, 0.2}, {0.2, 0.09}, {0.3, 0.11}, {0.5, 0.8}}) {
         const Blur blur{{0.05, wide}, {3.0, 1.0}, 0.4};
@@ -118,7 +118,7 @@ TEST_CASE(
 }
 
 TEST_CASE("many Gaussians cost what one does, and stop when asked to") {
-    // 4e7 pixels; the widest sigma alone would take 2e12 multiplications on them.
+    // 4e7 pixels, on which the widest sigma alone would take 2e12 multiplications.
     const Domain domain = make_domain({40.0, 40.0}, 0.032, {Side::periodic, Side::periodic});
     const Blur blur{{0.032, 1.0, 8.0}, {}, 0.5};
     const std::vector<Polygon> half{rectangle(-9.0, -99.0, 9.0, 99.0)};
@@ -130,7 +130,7 @@ TEST_CASE("many Gaussians cost what one does, and stop when asked to") {
 TEST_CASE("what is too narrow to print vanishes and is told, overlaps count once and a ring keeps its hole") {
     const Domain domain = box(4.0, 4.0);
     const double sigma = 0.1;
-    // The middle of a line reaches erf(width / (2 sqrt(2) sigma)): 0.38 and 0.68 for one and two sigmas.
+    // The dose in a line's middle is erf(width / (2 sqrt(2) sigma)): 0.38 and 0.68 for one and two sigmas.
     const Polygon lost = rectangle(-1.55, -9.0, -1.45, 9.0), kept = rectangle(-1.1, -9.0, -0.9, 9.0);
     const Polygon ring{{0.0, -1.0}, {1.6, -1.0}, {1.6, 1.0}, {0.0, 1.0},  {0.0, -1.0},
                        {0.5, -0.5}, {0.5, 0.5},  {1.1, 0.5}, {1.1, -0.5}, {0.5, -0.5}};
@@ -153,7 +153,7 @@ TEST_CASE("a layout goes on beyond the sides as the wafer does") {
     // A line that ends at reflective sides is straight up to them.
     const Outline line = outline_of({rectangle(-0.5, -1.0, 0.5, 1.0)}, {{sigma}, {}, 0.3}, box(4.0, 2.0));
     for (const double y : {-1.0, -0.9, 0.95, 1.0}) CHECK(line(0.7, y) == Approx(line(0.7, 0.0)).margin(1e-5));
-    // On periodic ones it prints the same wherever it lies.
+    // On periodic sides a rectangle prints the same wherever it lies.
     const Domain periodic = box(4.0, 2.0, Side::periodic);
     const Outline one = outline_of({rectangle(-0.5, -0.3, 0.5, 0.3)}, {{sigma}, {}, 0.3}, periodic),
                   other = outline_of({rectangle(1.3, 0.5, 2.3, 1.1)}, {{sigma}, {}, 0.3}, periodic);

@@ -11,7 +11,7 @@
 #include "tests/folder.hpp"
 #include "tests/surface/surface_meshes.hpp"
 
-// Wafers from meshes of other programs: what they mean is known without the mesh.
+// Bodies from meshes of other programs, compared with distances known without the mesh.
 using namespace sidewall;
 using namespace sidewall::levelset;
 using Catch::Matchers::Contains;
@@ -21,7 +21,7 @@ namespace {
 
 const Domain kDomain = make_domain({4.0, 4.0}, 0.1, {Side::reflective, Side::reflective});
 
-// A box from \p low to \p high, its normals outwards; its top's triangles are the last two.
+// A box from \p low to \p high with outward normals; the last two triangles are its top.
 TriangleMesh box(const Vec3& low, const Vec3& high) {
     TriangleMesh mesh;
     for (int k = 0; k < 8; ++k)
@@ -55,8 +55,7 @@ std::string mended(const TriangleMesh& mesh) {
     return surface::repair_summary(import_mesh((folder.path / "body.vtp").string(), kDomain).repairs);
 }
 
-// Whether the body's distances are the expected ones at random points, but for what keeps touching bodies
-// together.
+// Checks distances at random points; \p slack allows for the contact distance, 1e-3 dx, that joins bodies.
 void check(const Body& body, const std::function<double(const Vec3&)>& expected, double slack = 1.1e-4) {
     std::mt19937 random(7);
     std::uniform_real_distribution<double> place(-1.99, 1.99);
@@ -100,10 +99,10 @@ TEST_CASE("bodies that overlap, touch or lie in each other are united") {
     turn(turned);
     check(body_of(joined({first, turned})), both);
     check(body_of(soup(joined({first, second}))), both);
-    // One in the other: the inner one does not matter.
+    // One inside the other: the inner one has no effect.
     check(body_of(joined({first, box(Vec3(-0.7, -0.7, -0.3), Vec3(0, 0, 0.5))})), box_distance);
-    // Side by side on the whole face, as two bodies, welded, and loose: one block; within, only the sign
-    // counts.
+    // Boxes that share a whole face, as two bodies and as loose triangles, make one block; inside it only the
+    // sign counts.
     const Vec3 far(1.5, 0.5, 1);
     const auto block = [&](const Vec3& p) { return from_box(p, kLow, far); };
     const TriangleMesh pair = joined({first, box(Vec3(0.5, -1, -0.5), far)});
@@ -118,9 +117,9 @@ TEST_CASE("bodies that overlap, touch or lie in each other are united") {
 }
 
 TEST_CASE("a body that overlaps or touches itself is material wherever it winds around") {
-    // Two blocks with an edge in common, welded there: one piece that covers (-1, -1) to (0.5, 0) twice.
+    // Two blocks that overlap over (-1, -1) to (0.5, 0), welded along an edge in common into one piece.
     const Vec3 low2(-1, -1, -0.5), high2(1, 0, 1);
-    // A block on a block, the squares between them cut along different diagonals: inner walls remain.
+    // A block on a block, the shared squares split along different diagonals: inner walls remain.
     const Vec3 low3(-1, -1, 1), high3(0.5, 0.5, 1.5);
     TriangleMesh upper = box(low3, high3);
     upper.triangles[0] = {0, 2, 3};
@@ -179,7 +178,7 @@ TEST_CASE("a cavity stays gas, a body in it stays material, and one below an ove
         return std::min(std::max(from_box(p, -outer, outer), -from_box(p, -inner, inner)),
                         from_box(p, -core, core));
     });
-    // The lower one is hidden by the upper one and lies in gas.
+    // The lower box, inside out, lies in the shadow of the upper one, in gas.
     TriangleMesh hidden = box(Vec3(-0.5, -0.5, -1), Vec3(0.5, 0.5, -0.5));
     turn(hidden);
     check(body_of(joined({box(Vec3(-1, -1, 0), Vec3(1, 1, 1)), hidden})), [](const Vec3& p) {
@@ -193,9 +192,9 @@ TEST_CASE("small openings are closed, those in the domain's sides are not, and l
     open.triangles.pop_back();
     CHECK(mended(open) == "1 openings were closed");
     check(body_of(open), box_distance, 1e-12);
-    open.triangles.pop_back();  // without its top, 1.5 x 1.5 of 13.5
+    open.triangles.pop_back();  // without its top: 1.5 x 1.5 of an area of 13.5
     check(body_of(open), box_distance, 1e-12);
-    // A line from side to side, without faces there: z and x tell.
+    // A bar from side to side without end faces: its other faces, in x and z, define it.
     TriangleMesh line = box(Vec3(-0.5, -2, 0), Vec3(0.5, 2, 1));
     line.triangles.erase(line.triangles.begin() + 2, line.triangles.begin() + 6);
     CHECK(mended(line).empty());
@@ -235,13 +234,13 @@ TEST_CASE(
             for (double y = -1.93; y < 2.0; y += 0.1)
                 for (const double z : {-0.45, 0.03, 0.48}) {
                     INFO(x << " " << y << " " << z);
-                    // Beyond the next period's copies, no nearer than the reach of a grid.
+                    // Within 0.3, the band of a grid, only copies one period away matter.
                     if (std::abs(truth({x, y, z})) < 0.3)
                         REQUIRE(std::abs(body.distance({x, y, z}) - truth({x, y, z})) < 1.1e-4);
                     REQUIRE((body.distance({x, y, z}) < 0.0) == (truth({x, y, z}) < 0.0));
                 }
     }
-    // A wall longer than the domain is cut at its sides, one that ends in it is not.
+    // A wall longer than the domain is cut at its sides.
     const Vec3 left(-0.3, -5, -0.5), right(0.3, 5, 0.5);
     const Body wall = body_of(box(left, right), both);
     for (const double y : {-1.9, 0.0, 1.9}) CHECK(wall.distance({0.5, y, 0.0}) == Approx(0.2).margin(1e-3));
@@ -278,7 +277,7 @@ TEST_CASE(
     for (const std::size_t t : {1, 4, 7}) std::swap(mixed.triangles[t][1], mixed.triangles[t][2]);
     for (const TriangleMesh& mesh : {trench, inverted, mixed, soup(trench), soup(mixed)})
         same_side(mesh, below);
-    // A block that stands in the trench and goes into its floor.
+    // A block that stands in the trench and reaches into its floor.
     const Vec3 low(-0.25, -1, -1.5), high(0.25, 1, 0.5);
     same_side(joined({inverted, box(low, high)}),
               [&](const Vec3& p) { return std::min(below(p), from_box(p, low, high)); });

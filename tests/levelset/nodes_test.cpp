@@ -14,7 +14,7 @@ namespace {
 
 using Distance = std::function<double(const Vec3&)>;
 
-// Faces at 9 and 8 and 7 plus offset from the middle.
+// A box with half sizes of 9, 8 and 7 cells, plus \p offset.
 Distance block(double offset) {
     return [=](const Vec3& p) {
         const Vec3 q = p.cwiseAbs() - Vec3(9.0, 8.0, 7.0) - Vec3::Constant(offset);
@@ -22,7 +22,7 @@ Distance block(double offset) {
     };
 }
 
-// Gas in an endless channel of the same width and depth, in solid up to z = 0.
+// Gas in an endless channel of half width 8 and depth 9 cells, plus \p offset, in a solid up to z = 0.
 Distance channel(double offset) {
     return [=](const Vec3& p) {
         const double half = 8.0 + offset, depth = 9.0 + offset, x = std::abs(p.x()), z = p.z();
@@ -38,7 +38,7 @@ Distance channel(double offset) {
     };
 }
 
-// Largest error of a grid's distances, in cells, within some cells of the front.
+// Largest error, in cells, of a grid's distances that are less than \p within.
 double error(const Grid& grid, const Domain& domain, const Distance& exact, double within) {
     double most = 0.0;
     for (auto it = grid.cbeginValueOn(); it; ++it) {
@@ -56,8 +56,8 @@ constexpr double kOffsets[] = {0.0, 1e-6, -1e-6, 0.13, 0.4, 0.5, 0.8};
 
 TEST_CASE("re-distancing keeps distances around edges and corners, wherever faces lie between nodes") {
     const Domain domain = test::unit_domain(40);
-    // Normals beyond an edge come from central differences, which are off by a sixth of phi's third
-    // derivative: of a distance r cells from it by 0.14 / r^2 at most, and r is a cell or more.
+    // Around an edge normals come from central differences, which are off by a sixth of phi's third
+    // derivative: by at most 0.14 / r^2 at r cells from the edge, and r is at least one cell.
     constexpr double kFan = 0.14;
     for (const bool is_block : {true, false})
         for (const double offset : kOffsets) {
@@ -71,7 +71,7 @@ TEST_CASE("re-distancing keeps distances around edges and corners, wherever face
                 if (n == 0 || n == 9) CHECK(error(*grid, domain, exact, 2.9) < kFan);
             }
             CHECK(error(*grid, domain, exact, 2.9) < kFan);
-            // Next to edges on nodes there is nothing to interpolate.
+            // Beside edges that lie on nodes nothing is interpolated.
             if (std::abs(offset) < 1e-5) CHECK(error(*grid, domain, exact, 1.6) < 0.01);
         }
 }
@@ -93,7 +93,7 @@ TEST_CASE("walls that have grown together on a plane of nodes, or between two, l
         MaterialStack stack = make_stack(domain, {{0, trench}});
         test::move(stack, 5.0, {}, [](std::size_t, const Vec3&) { return 1.0; });
         CAPTURE(middle);
-        // What the front loses beyond the rims reaches no farther down than the band is wide.
+        // Beyond the rims the front may sink, but by no more than the band's half width.
         for (const Vec3& p : extract_surface(stack.top(), domain).vertices) CHECK(p.z() > -kHalfWidth);
     }
 }
@@ -112,7 +112,7 @@ TEST_CASE("a wall without width, where two trenches meet on a plane of nodes, is
             for (auto it = stack.top().cbeginValueOn(); it; ++it)
                 if (const auto c = it.getCoord(); domain.coordinate(0, c.x()) < -10.0) {
                     CAPTURE(subtract, n, c.x(), c.z());
-                    // What is cut out reaches a thousandth of a cell farther.
+                    // Shapes that are cut out are larger by 1e-4 cells.
                     CHECK(double(*it) == Approx(c.z() + 10.0).margin(3e-3));
                 }
     }

@@ -17,12 +17,12 @@ std::vector<SurfacePiece> pieces_of(const Domain& domain, const std::function<do
     return surface_pieces(extract_surface(*sample_grid(domain, phi, -16.0, 16.0), domain), domain);
 }
 
-// A wafer whose surface is at z = 0.3.
+// A wafer with its surface at z = 0.3.
 double wafer(const Vec3& p) {
     return p.z() - 0.3;
 }
 
-// A bar along y, of half-widths a in x and b in z.
+// A bar along y around (\p x, \p z), of half-widths \p a in x and \p b in z.
 double bar(const Vec3& p, double x, double z, double a, double b) {
     return std::max(std::abs(p.x() - x) - a, std::abs(p.z() - z) - b);
 }
@@ -54,7 +54,7 @@ TEST_CASE("what hangs and what is shut in is told by the pieces of a surface") {
             CHECK(piece.hangs());
             CHECK_FALSE(piece.shuts_in());
             const double share = x > 0.0 && side == Side::reflective ? 0.5 : 1.0;
-            CHECK(piece.volume == Approx(share * 8.4 * 2.4 * 12.0).epsilon(0.05));  // corners are cut
+            CHECK(piece.volume == Approx(share * 8.4 * 2.4 * 12.0).epsilon(0.05));  // corners cut off
             CHECK(piece.boxes.size() == (x > 0.0 && side == Side::periodic ? 2 : 1));
         }
     }
@@ -93,7 +93,7 @@ TEST_CASE("what is left of a layer is counted until it is enough, from where it 
     const double area = 24.0 * 12.0, all = 1e9;
     std::size_t start = 12345;
     CHECK(volume_left(stack_with(0.0), 1, all, start) == 0.0);
-    CHECK(volume_left(stack_with(0.01), 1, all, start) == 0.0);  // below kExposed: none
+    CHECK(volume_left(stack_with(0.01), 1, all, start) == 0.0);  // thinner than kExposed: counts as none
     for (const double thickness : {0.1, 0.3, 0.7})
         CHECK(volume_left(stack_with(thickness), 1, all, start) == Approx(thickness * area).epsilon(0.01));
     const double some = volume_left(stack_with(0.3), 1, 0.01 * area, start);
@@ -126,7 +126,7 @@ TEST_CASE(
     REQUIRE(stack.layers.size() == 3);
     for (std::size_t k = 0; k < 3; ++k) CHECK(stack.layers[k].material == std::vector{0, 2, 3}[k]);
     CHECK_FALSE(drop_spent_layers(stack, std::vector{0.1 * area, 0.03 * area, 1.87 * area}));
-    // The substrate and what is on top stay, spent or not.
+    // The substrate and the top layer stay, even without volume.
     MaterialStack two = make_stack(domain, {{0, base}, {1, spent}});
     CHECK_FALSE(drop_spent_layers(two, std::vector{0.0, 0.0}));
 }

@@ -23,7 +23,7 @@ double path_area(const Polygon& points, const PathStyle& style) {
     return area_of(united(path_polygons(points, style)));
 }
 
-// A ring's centre line from angle 0 to \p end, with a point every \p step degrees.
+// The centre line of a ring from 0 to \p end degrees, with a point every \p step degrees.
 Polygon arc(double radius, int end, int step) {
     Polygon points;
     for (int a = 0; a <= end; a += step)
@@ -35,19 +35,19 @@ Polygon arc(double radius, int end, int step) {
 }  // namespace
 
 TEST_CASE("a path with mitred bends and flush ends is as large as its length times its width") {
-    // Inside of a bend as much is lost as is won outside.
+    // A mitred bend loses as much area inside as it gains outside.
     CHECK(path_area({{-4, 0}, {0, 0}, {3, 3}}, {.half_width = 1.0}) ==
           Approx(2.0 * (4.0 + 3.0 * std::sqrt(2.0))));
     CHECK(path_area({{0, 0}, {4, 0}, {6, 2 * std::sqrt(3.0)}}, {.half_width = 0.5}) == Approx(8.0));
-    // Over 90 degrees the corner is cut off where it is half a width ahead of the bend.
+    // In a bend of over 90 degrees the mitre is cut off half a width beyond the bend.
     const double turn = std::atan2(4.5, -2.2), cut = 0.25 * (std::tan(0.5 * turn) - 1.0);
     CHECK(path_area({{0, 0}, {5, 0}, {2.8, 4.5}}, {.half_width = 0.25}) ==
           Approx(0.5 * (5.0 + std::hypot(2.2, 4.5)) - 0.5 * cut * cut * std::sin(turn)));
-    // A half ring of 5-degree pieces that are shorter than half its width.
+    // A half ring of 5-degree pieces, which are shorter than half the path's width.
     const double length = 36 * 2.0 * 3.0 * std::sin(2.5 * kHalfTurn / 180.0);
     CHECK(path_area(arc(3.0, 180, 5), {.half_width = 1.0}) == Approx(2.0 * length));
     CHECK(2.0 * length == Approx(kHalfTurn / 2.0 * (16.0 - 4.0)).epsilon(1e-3));
-    // Longer than what is outlined together, and once more in a finer division.
+    // A path of more points than are outlined together, in 1-degree pieces.
     CHECK(path_area(arc(5.0, 300, 1), {.half_width = 2.0}) ==
           Approx(4.0 * 300 * 10.0 * std::sin(0.5 * kHalfTurn / 180.0)));
 }
@@ -65,14 +65,14 @@ TEST_CASE(
     both_ways({{-3, 0}, {2, 0}, {2, -0.1}, {2, -0.2}}, 0.5, 5.2);
     both_ways({{-3, 0}, {1.9, 0}, {2, 0}, {2, 0.2}}, 0.5, 5.2);
     both_ways({{-3, 0.3}, {-3, 0}, {2, 0}, {2, 0.2}}, 0.5, 5.5);
-    both_ways({{0, 0.2}, {0, 0}, {1.2, 0}, {1.2, 0.2}}, 0.5, 1.6);                    // the whole as one
+    both_ways({{0, 0.2}, {0, 0}, {1.2, 0}, {1.2, 0.2}}, 0.5, 1.6);                    // outlined as a whole
     both_ways({{0, 0}, {2, 0}, {2.1, 0.1}, {2.1, 0.2}}, 0.5, 2.1 + std::sqrt(0.02));  // 90 degrees in two
     both_ways({{-5, 0}, {0, 0}, {0.3, 0.3 * std::sqrt(3.0)}, {0.4, 0.3 * std::sqrt(3.0)}}, 0.5, 5.7);
-    // Inside of the bend the side crosses itself, and the triangle that it goes around twice counts once.
+    // Inside the bend the outline crosses itself; the triangle that it goes around twice counts once.
     const double twice = 0.25 - (std::sqrt(0.5) - 0.5);
     CHECK(path_area({{0, 0}, {2, 0}, {2.1, 0.1}, {2.1, 0.35}}, {.half_width = 0.5}) ==
           Approx(2.25 + std::sqrt(0.02) - 0.5 * twice * twice));
-    // A square end reaches half the width further: 0.2 is enough beyond it.
+    // An extended end makes the last piece, 0.2, long enough; a negative extension shortens the path.
     CHECK(path_area({{-3, 0}, {2, 0}, {2, 0.2}}, {.half_width = 0.5, .end = 0.5}) == Approx(5.7));
     CHECK(path_area({{-3, 0}, {2, 0}, {2, 1.2}}, {.half_width = 0.5, .end = -1.0}) == Approx(5.2));
 }
@@ -90,7 +90,7 @@ TEST_CASE("a path of sharp bends and short pieces covers what KLayout draws") {
     check({{-5, 0}, {0, 0}, {-0.15, 0.2598}}, 0.5, 0.0, 5.49901);
     check({{-3, 0}, {0.5, 0}, {0.2, 0.3}}, 0.5, 0.0, 4.05399);
     check({{-3, 0}, {0.5, 0}, {0.3268, 0.1}}, 0.5, 0.0, 4.03185);
-    check({{-3, 0}, {0.5, 0}, {0.1, 0}}, 0.5, 0.0, 4.0);  // back on itself
+    check({{-3, 0}, {0.5, 0}, {0.1, 0}}, 0.5, 0.0, 4.0);  // turns back on itself
     check({{-3, 0}, {2, 0}, {-0.5981, 1.5}}, 0.5, 0.5, 8.53342);
     check({{0, 0}, {0.35, 0}, {0.067, 0.198}, {1.502, 0.564}, {1.294, 0.661}, {1.46, 0.726}, {1.355, 0.454}},
           0.5, 0.3, 3.1633);
@@ -129,8 +129,8 @@ TEST_CASE("a path reaches beyond its ends as far as is said, or ends in half dis
     CHECK(path_area(line, {.half_width = 0.5, .begin = -1.0}) == Approx(4.0));
     CHECK(path_area({{-3, 0}, {-2, 0}, {-2, 4}}, {.half_width = 0.5, .begin = -2.0}) == Approx(3.0));
     CHECK(path_polygons(line, {.half_width = 0.5, .begin = -3.0, .end = -2.0}).empty());
-    // An arc within a thousandth of the radius is a polygon with 1/750 less area, and its corners are a whole
-    // number.
+    // Round ends keep within a thousandth of the radius of the arc: polygons of up to 1/750 less area and a
+    // whole number of corners.
     CHECK(path_area({{-2, 0}, {2, 0}}, {.half_width = 1.5, .round = true}) ==
           Approx(12.0 + kHalfTurn * 2.25).epsilon(1.5e-3));
     CHECK(path_area({{0, 0}, {0.002, 0}}, {.half_width = 1.0, .round = true}) ==
@@ -171,7 +171,7 @@ TEST_CASE(
     REQUIRE((hole != areas.begin() && hole != areas.end()));
     CHECK(*std::prev(hole) == Approx(9.0));
     CHECK(*hole == Approx(-1.0));
-    // Even-odd, each by itself: a pentagram has no middle, one over it has.
+    // Each polygon is filled by the even-odd rule: a pentagram has no middle, unless another one covers it.
     Polygon star;
     for (int k = 0; k < 5; ++k)
         star.push_back({std::cos(0.8 * kHalfTurn * k), std::sin(0.8 * kHalfTurn * k)});

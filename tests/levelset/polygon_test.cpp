@@ -43,7 +43,7 @@ TEST_CASE("the index of polygons gives the distance to the last bit") {
         return size * (static_cast<double>(random()) / 4294967296.0 - 0.5);
     };
     std::vector<Polygon> polygons;
-    for (int k = 0; k < 60; ++k) {  // small and large ones, that overlap and cross themselves
+    for (int k = 0; k < 60; ++k) {  // small and large ones, which overlap and cross themselves
         Polygon& polygon = polygons.emplace_back();
         const double x = number(10.0), y = number(10.0), size = k % 7 == 0 ? 6.0 : 0.5;
         for (int corners = k % 10 == 0 ? 500 : 3 + k % 5; corners > 0; --corners)

@@ -30,8 +30,7 @@ TEST_CASE("a function with the right front becomes a signed distance, second ord
     for (int level = 0; level < 2; ++level) {
         const double radius = 20.0 * (1 + level);
         const Domain domain = test::unit_domain(static_cast<int>(2 * radius + 12));
-        // Three times too flat on one side of the sphere and 1.5 times too steep on the other; the front is
-        // exact.
+        // Up to 20 % too flat on one side of the sphere and too steep on the other; the front is exact.
         const GridPtr grid = sample_grid(
             domain,
             [=](const Vec3& p) {
@@ -44,7 +43,7 @@ TEST_CASE("a function with the right front becomes a signed distance, second ord
         for (auto it = grid->cbeginValueOn(); it; ++it) {
             const auto c = it.getCoord();
             const Vec3 p(domain.coordinate(0, c.x()), domain.coordinate(1, c.y()), c.z());
-            // Within a cell of the front the slope is only restored to 2 %; beyond, distances add that up.
+            // Within a cell of the front the slope is restored to 2 % only; farther distances add that up.
             error[level] = std::max(error[level], std::abs(double(*it) - (p.norm() - radius)));
         }
     }

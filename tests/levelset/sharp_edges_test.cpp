@@ -20,7 +20,7 @@
 #include "tests/levelset/grids.hpp"
 #include "tests/levelset/sharp_solids.hpp"
 
-// Vertices on the edges and corners of the surface.
+// Vertices that extraction puts on sharp edges and corners of the surface.
 using namespace sidewall;
 using namespace sidewall::levelset;
 using namespace sidewall::test;
@@ -38,7 +38,7 @@ GridPtr grid_of(const Domain& domain, const Distance& solid) {
 struct Distances {
     double mean = 0.0, largest = 0.0;
 };
-// Of a mesh from a solid, at ten points of each triangle.
+// Distances of a mesh from a solid, in cells, at ten points of each triangle; the mean is weighted by area.
 Distances distances(const TriangleMesh& mesh, const Distance& solid) {
     constexpr int kParts = 4;
     Distances result;
@@ -77,7 +77,7 @@ void check_sound(const TriangleMesh& sharp, const TriangleMesh& plain) {
     CHECK(test::self_intersections(sharp) == 0);
 }
 
-// The random solid of a seed. Where it is thinner than the band knows it is none: the next seed's.
+// The grid of a seed's random solid; none where the solid is thinner than the band can resolve.
 std::optional<GridPtr> random_grid(const Domain& domain, unsigned seed) {
     std::mt19937 random(seed);
     const GridPtr grid = grid_of(domain, random_solid(random));
@@ -123,8 +123,8 @@ TEST_CASE("plane faces meet in their edges, wherever they lie between nodes") {
                         {90.0, off}};
         };
         const Line groove{{-90.0, off}, {-7.0 + off, off}, {off, off - 9.9}, {7.0 + off, off}, {90.0, off}};
-        // On nodes a face lies a thousandth of a cell beside them (kNodeClearance). Marching cubes alone: 0.4
-        // cells at the most, 0.01 in the mean.
+        // Faces on nodes are put a thousandth of a cell beside them (kNodeClearance). Marching cubes alone is
+        // off by up to 0.4 cells, 0.01 in the mean.
         check_near(strip, below_line(steps(7.0, -12.0)), 0.0011, 0.0015);
         check_near(strip, below_line(steps(7.0, -12.0), kSlant), 0.001, 0.03);
         check_near(strip, below_line(groove), 0.0011, 0.04);
@@ -144,7 +144,7 @@ TEST_CASE(
         };
         check_near(box, block(turned(0.0, 0.0)), 0.0011, 0.0015);
         check_near(box, block(turned(kSlant, 0.0)), 0.001, 0.25);
-        check_near(box, block(turned(kSlant, 0.5)), 0.003, 0.4);  // of marching cubes 0.023 in the mean
+        check_near(box, block(turned(kSlant, 0.5)), 0.003, 0.4);  // marching cubes: mean 0.023
         check_near(box, on_floor(at, -9.0), 0.0011, 0.25);
         check_near(box, on_floor(at, 9.0), 0.0011, 0.25);
     }
@@ -155,8 +155,8 @@ TEST_CASE("a round rim is sharp, and its wall stays the chords of marching cubes
     for (const double off : kWallOffsets)
         for (const double radius : {10.0, 5.0}) {
             CAPTURE(off, radius);
-            // Chords of a cell leave 1 / (12 r) in the mean; the diagonals of cells are longer. On nodes the
-            // top lies beside them.
+            // Chords of one cell are off by 1 / (12 r) in the mean; those along cell diagonals are longer. A
+            // top on nodes lies kNodeClearance beside them.
             check_near(
                 box, [=](const Vec3& p) { return cylinder_distance(p - Vec3::Constant(off), radius, 8.0); },
                 1.0 / (12.0 * radius) + surface::kNodeClearance, 0.2);
@@ -164,8 +164,8 @@ TEST_CASE("a round rim is sharp, and its wall stays the chords of marching cubes
 }
 
 TEST_CASE("the floor of a round hole reaches its wall, wherever it lies between nodes") {
-    // 8.75 cells wide, so that along the axes the wall lies beyond the middle of an edge from the floor. The
-    // chords of the wall take 0.2 % of the circle.
+    // With a radius of 8.75 cells, the wall crosses edges of the floor's cells beyond their middle along the
+    // axes. The chords of the wall take 0.2 % off the circle.
     constexpr double kDx = 0.02, kRadius = 8.75 * kDx;
     const Domain domain = make_domain({1.0, 1.0}, kDx, {Side::reflective, Side::reflective});
     for (const double below : {0.0, 0.002, 0.03, 0.07, 0.2, 0.5}) {
@@ -203,7 +203,7 @@ TEST_CASE("edges have their kinds, and models may ask for the hollow ones alone"
                hollow = kinds(extract_surface(*pit, domain, SharpEdges::hollow));
     const int foot = all.at(int(surface::EdgeKind::hollow)), rim = all.at(int(surface::EdgeKind::convex));
     CHECK(all.at(int(surface::EdgeKind::corner)) == 8);
-    CHECK(foot > rim);  // the foot's four and the four upright ones
+    CHECK(foot > rim);  // the foot has four edges and four upright ones
     CHECK(rim > 40);
     CHECK(hollow.at(int(surface::EdgeKind::hollow)) == foot);
     CHECK(hollow.count(int(surface::EdgeKind::convex)) == 0);
@@ -240,7 +240,7 @@ TEST_CASE("profiles of one, two and three cells are as sound as wide wafers") {
                 CAPTURE(cells, side == Side::periodic, turn);
                 const TriangleMesh mesh = extract_surface(*grid, domain, SharpEdges::all);
                 check_sound(mesh, extract_surface(*grid, domain));
-                // So that paths in it are traced in its plane (flux/tracer).
+                // A slice one cell wide has no vertices between its sides: flux/tracer traces in its plane.
                 if (cells == 1.0)
                     CHECK(std::all_of(mesh.vertices.begin(), mesh.vertices.end(), [&](const Vec3& p) {
                         return side == Side::reflective || p.y() == domain.min[1] || p.y() == domain.max[1];

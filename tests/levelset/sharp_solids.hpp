@@ -14,7 +14,7 @@ namespace sidewall::test {
 using Distance = std::function<double(const Vec3&)>;
 using Line = std::vector<std::array<double, 2>>;
 
-/// What lies below a line in x and z, whose ends go on straight; turned about y by \p turn, radian.
+/// The solid below a line in x and z with straight ends, turned about y by \p turn radians.
 inline Distance below_line(Line line, double turn = 0.0) {
     return [line, turn](const Vec3& point) {
         const double x = std::cos(turn) * point.x() + std::sin(turn) * point.z(),
@@ -49,7 +49,7 @@ inline Eigen::Matrix3d turned(double about_z, double about_x) {
         .toRotationMatrix();
 }
 
-/// A floor at z = 0 with a rectangular post of half widths 6 and 7 on it, or a pit of that size in it.
+/// A floor at z = 0 with a rectangular post of half widths 6 and 7 on it (\p height > 0) or such a pit in it.
 inline Distance on_floor(const Vec3& at, double height) {
     return [=](const Vec3& point) {
         const Vec3 p = point - at, half(6.0, 7.0, 0.0);
@@ -59,7 +59,7 @@ inline Distance on_floor(const Vec3& at, double height) {
         };
         const double in_x = half.x() - std::abs(p.x()), in_y = half.y() - std::abs(p.y());
         const bool over = in_x > 0.0 && in_y > 0.0;
-        double d = std::hypot(p.z(), over ? std::min(in_x, in_y) : 0.0);  // from the floor around
+        double d = std::hypot(p.z(), over ? std::min(in_x, in_y) : 0.0);  // distance to the floor around
         const double out_x = std::max(0.0, -in_x), out_y = std::max(0.0, -in_y),
                      out_z = beyond(p.z(), low, high);
         d = std::min(d, Vec3(out_x, out_y, p.z() - height).norm());
@@ -71,7 +71,7 @@ inline Distance on_floor(const Vec3& at, double height) {
     };
 }
 
-/// Two to five boxes and cylinders, turned or not, on nodes or not, added up or cut out, with or without a wafer below.
+/// Two to five boxes and cylinders, turned or not, on nodes or not, added or cut out, on a wafer or not.
 inline Distance random_solid(std::mt19937& random) {
     struct Body {
         Eigen::Matrix3d turn;

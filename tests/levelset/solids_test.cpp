@@ -60,16 +60,15 @@ Shape cut_out(Shape s) {
     return s;
 }
 
-// What one more shape adds to a wafer 40 x 40 cells wide whose surface lies at z = 0; negative if it takes
-// away.
+// Volume that one more shape adds to (or, negative, takes from) a wafer of 40 x 40 cells up to z = 0.
 double added(const Shape& s) {
     const Domain domain = test::unit_domain(40);
     return test::volume_above_zero(make_stack(domain, {{0, Shape{}}, {1, s}}).top(), domain);
 }
 
-// By how much a volume between marching cubes may be off: chords of curved faces, at most a cell's diagonal
-// long and sqrt(3)^2 / (8 r) from the arc; half a cell's area along sharp edges; and by how much bodies reach
-// into others.
+// Bound on the error of a volume from marching cubes: chords of curved faces, at most a cell's diagonal long,
+// lie up to sqrt(3)^2 / (8 r) off the arc; sharp edges lose half a cell's area; touching bodies overlap by
+// less than 1e-3 cells.
 double tolerance(double area, double curved, double radius, double edges) {
     return 3.0 / (8.0 * radius) * curved + 0.5 * edges + 1e-3 * area;
 }
@@ -110,7 +109,7 @@ TEST_CASE("cut-out volumes converge with the square of the spacing") {
         const double dx = level == 0 ? 0.5 : 0.25;
         const Domain domain = make_domain({10.0, 10.0}, dx, {Side::reflective, Side::reflective});
         const MaterialStack stack = make_stack(domain, {{0, Shape{}}, {1, cut_out(sphere(3.1, -5.03))}});
-        // Less the shell by which it is larger.
+        // The cut-out sphere is larger by a shell, here taken to be 1e-3 dx thick.
         const double r = 3.1 + 1e-3 * dx;
         error[level] = std::abs(test::volume_above_zero(stack.top(), domain) + 4.0 / 3.0 * kPi * r * r * r);
     }
@@ -125,10 +124,10 @@ TEST_CASE("rounded boxes have their volumes, standing and cut out") {
     Shape cavity = cut_out(box(a, b, c, r));
     cavity.top = -20.3;
     CHECK(added(cavity) == Approx(-closed).margin(tolerance(area, area, r, 0)));
-    // Round above, straight walls with round edges down to the wafer.
+    // The upper half is round; below, walls with rounded vertical edges reach the wafer.
     const double standing = 0.5 * closed + (u * v + 2 * r * (u + v) + kPi * r * r) * 0.5 * c;
     CHECK(added(box(a, b, c, r)) == Approx(standing).margin(tolerance(area, area, r, 2 * (a + b))));
-    // Sharp ones as cavities; a radius near 0 changes nothing.
+    // A sharp box as a cavity; a radius near 0 makes a sharp box.
     Shape sharp = cut_out(box(a, b, c, 0.0));
     sharp.top = -20.3;
     CHECK(added(sharp) == Approx(-a * b * c).margin(tolerance(area, 0, 1, 4 * (a + b + c))));
@@ -154,7 +153,7 @@ TEST_CASE("a parabola turned about the axis, or drawn out along y, has its volum
     bump.revolved = false;
     CHECK(added(bump) == Approx(4.0 / 3.0 * radius * height * 40)
                              .margin(tolerance(40 * 50, 40 * 50, 0.5 * radius * radius / height, 80)));
-    // What lies above the same curve upside down is a channel of that volume.
+    // The curve upside down, cut out, is a channel of the same volume.
     for (auto& p : bump.profile) p[1] = -p[1];
     CHECK(added(cut_out(bump)) ==
           Approx(-4.0 / 3.0 * radius * height * 40)
@@ -210,7 +209,7 @@ TEST_CASE("a cut goes through all layers below and leaves those above") {
     CHECK(test::volume_above_zero(through.top(), domain) ==
           Approx(5.0 * 1600 - area * 12.4)
               .margin(tolerance(2 * kPi * 8.2 * 12.4 + area, 2 * kPi * 8.2 * 12.4, 8.2, 4 * kPi * 8.2)));
-    // The next layer fills the hole, as layers do.
+    // The next layer fills the hole.
     const MaterialStack filled = make_stack(domain, {{0, Shape{}}, {1, oxide}, {7, hole}, {2, nitride}});
     REQUIRE(filled.layers.size() == 3);
     CHECK(test::volume_above_zero(filled.top(), domain) == Approx(9.4 * 1600).margin(1.0));

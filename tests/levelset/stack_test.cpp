@@ -33,7 +33,7 @@ Shape mask_hole(double radius, double thickness) {
     return mask;
 }
 
-// Silicon up to \p bottom under a mask with a slit along y.
+// Silicon up to z = \p bottom under a mask with a slit along y.
 MaterialStack under_slit_mask(const Domain& domain, double bottom, double thickness, double width) {
     Shape silicon, mask;
     silicon.top = bottom;
@@ -78,7 +78,7 @@ TEST_CASE("a layer is all of its bodies united and cut out, though no leaf asks 
          {.kind = ShapeKind::box, .top = 34.4, .position = {9.0, 0.0}, .height = 6.2, .size = {6.0, 8.0}}});
     std::vector<Body> body;
     for (const auto& [material, shape] : bodies) body.push_back(make_body(shape, domain));
-    const double touching = 1e-4;  // of bodies that end below, and of those that are cut out
+    const double touching = 1e-4;  // by which bodies with an underside and cut-out bodies are enlarged
     const auto united = [&](const Vec3& p) {
         double d = body[0].distance(p);
         for (std::size_t k = 1; k < body.size(); ++k)
@@ -140,12 +140,13 @@ TEST_CASE("a film grows on all materials and leaves the interfaces below where t
     MaterialStack stack = make_stack(domain, {{0, Shape{}}, {1, mask_hole(10, 6)}});
     const TriangleMesh interface_before = extract_surface(*stack.layers[1].phi, domain);
     begin_film(stack, 2);
-    begin_film(stack, 2);  // the film is there already
+    begin_film(stack, 2);  // no effect: the film is there
     REQUIRE(stack.layers.size() == 3);
     test::move(stack, 3.0, {}, [](std::size_t, const Vec3&) { return 1.0; });
     CHECK(exposed_material(stack, {0.0, 0.0, 3.0}) == 2);
     const TriangleMesh interface_after = extract_surface(*stack.layers[1].phi, domain);
-    // Where both coincided, the layer took the film's value when that had not moved yet: less than kExposed.
+    // Where layer and film coincided, the layer took the film's values while these had moved by less than
+    // kExposed.
     CHECK(surface::two_sided_distance(interface_after, interface_before).max < kExposed);
     for (const Vec3& p : extract_surface(stack.top(), domain).vertices)
         if (std::hypot(p.x(), p.y()) > 14) REQUIRE(p.z() == Approx(9.0).margin(0.05));
@@ -156,7 +157,7 @@ TEST_CASE("a film that grows past a thin fence and closes over it leaves the fen
     for (const double width : {1.3, 2.0, 3.1})
         for (const auto& [cfl, height] :
              {std::pair{0.5, 6.0}, {0.1, 6.0}, {0.5, 6.0 - 1e-7}, {0.1, 6.0 + 1e-7}}) {
-            const double position = 0.8 * cfl;  // anywhere
+            const double position = 0.8 * cfl;  // arbitrary
             CAPTURE(width, position, height);
             Shape fence;
             fence.kind = ShapeKind::fin;
@@ -166,11 +167,11 @@ TEST_CASE("a film that grows past a thin fence and closes over it leaves the fen
             MaterialStack stack = make_stack(domain, {{0, Shape{}}, {1, fence}});
             const TriangleMesh before = extract_surface(*stack.layers[1].phi, domain);
             begin_film(stack, 2);
-            // Nothing grows on the fence itself.
+            // The film does not grow on the fence itself.
             test::move(stack, 12.0, {.cfl = cfl},
                        [](std::size_t layer, const Vec3&) { return layer == 1 ? 0.0 : 1.0; });
             const TriangleMesh after = extract_surface(*stack.layers[1].phi, domain);
-            // Its edges are rounded while they are bare, as any that re-distancing meets.
+            // Re-distancing rounds the fence's edges while they are bare.
             CHECK(surface::two_sided_distance(after, before).max < 0.25);
             CHECK(surface::two_sided_distance(after, before).mean < 0.02);
         }
@@ -180,7 +181,7 @@ TEST_CASE(
     "a mask that does not etch keeps its volume to 1e-3 over 500 time steps of an etch beside and under it",
     "[slow]") {
     const Domain domain = make_domain({64.0, 2.0}, 1.0, {Side::reflective, Side::reflective});
-    // Wherever the mask's bottom lies between the nodes; straight down with a little undercut, and isotropic.
+    // The mask's underside at several places between nodes; a nearly vertical and an isotropic etch.
     for (const double bottom : {0.0, 0.3, 0.8})
         for (const double down : {1.0, 0.0}) {
             MaterialStack stack = under_slit_mask(domain, bottom, 20.0, 14.6);
@@ -210,7 +211,7 @@ TEST_CASE("a mask undercut by four times its thickness loses no more than its lo
     struct Row {
         double bottom, cfl;
     };
-    // In long time steps, and in 500.
+    // Three mask positions with long time steps, one with 500.
     for (const Row row : {Row{0.0, 0.5}, Row{0.3, 0.5}, Row{0.8, 0.5}, Row{0.0, 0.08}}) {
         MaterialStack stack = under_slit_mask(domain, row.bottom, 10.0, 20.0);
         const auto volume = [&](const Grid& grid) { return test::volume_above_zero(grid, domain); };
@@ -219,11 +220,11 @@ TEST_CASE("a mask undercut by four times its thickness loses no more than its lo
         test::move(stack, 40.0, {Scheme::weno3, TimeIntegration::euler, row.cfl},
                    [](std::size_t layer, const Vec3&) { return layer == 0 ? -1.0 : 0.0; });
         CAPTURE(row.bottom, row.cfl, before - mask_volume());
-        // Two edges, 2 long, each at most a cell's area; where they lie on nodes they are held for long, and
-        // 500 time steps take little more than half of it.
+        // The two lower edges, 2 long, lose at most a cell's area each. On nodes they last longer: 500 time
+        // steps take little more than half of that.
         CHECK(std::abs(before - mask_volume()) < (row.bottom == 0.0 ? 0.6 * 2.0 * 2.0 : 2.0 * 2.0));
-        // The floor as wide as the window, and a quarter circle under either side of the mask; the front is
-        // where it should be to within a cell.
+        // Etched: the window's width times the depth, and a quarter circle under either side of the mask. The
+        // front may be off by a cell.
         const double etched = 2.0 * (20.0 * 40.0 + 0.5 * std::numbers::pi * 40.0 * 40.0),
                      front = 2.0 * (20.0 + std::numbers::pi * 40.0);
         CHECK(silicon_before - volume(*stack.layers[0].phi) == Approx(etched).margin(front));
@@ -231,14 +232,14 @@ TEST_CASE("a mask undercut by four times its thickness loses no more than its lo
 }
 
 TEST_CASE("under a mask the silicon etches up to the mask and no farther") {
-    // Time steps of half a cell notwithstanding; then the mask is what is exposed.
+    // Time steps of half a cell must not etch past the mask's underside, which is then exposed.
     const Domain domain = make_domain({40.0, 2.0}, 1.0, {Side::reflective, Side::reflective});
     MaterialStack stack = under_slit_mask(domain, 0.4, 8.0, 10.6);
     test::move(stack, 8.0, {Scheme::weno3, TimeIntegration::euler, 0.5},
                [](std::size_t layer, const Vec3&) { return layer == 0 ? -1.0 : 0.0; });
     int seen = 0;
     for (const Vec3& p : extract_surface(stack.top(), domain).vertices) {
-        // Away from the mask's edge and from the front.
+        // Only vertices away from the mask's edge and from the front.
         if (p.z() < -2.0 || p.z() > 4.0 || std::abs(p.x()) < 7.0 || std::abs(p.x()) > 10.5) continue;
         ++seen;
         CHECK(p.z() == Approx(0.4).margin(0.1));
@@ -307,8 +308,7 @@ TEST_CASE("a closed mesh file becomes the body it encloses") {
     shape.file = path.string();
     const TriangleMesh again = extract_surface(make_stack(domain, {{0, shape}}).top(), domain);
     std::filesystem::remove(path);
-    // Facets lie inside the sphere by at most 1 / (8 r) per cell of edge length; twice that after two
-    // extractions.
+    // Facets with edges of a cell lie at most 1 / (8 r) inside the sphere, twice that after two extractions.
     const auto error = test::radius_error(again, 11.4);
     CHECK(error.max < 3.0 / (8.0 * 11.4) + 0.01);
 }

@@ -15,8 +15,8 @@ namespace {
 struct Opening {
     ShapeKind kind;
     double bottom, half,
-        thickness;      // of the mask: its underside, half its opening's width, its thickness; cells
-    double film = 0.0;  // on the mask's walls, of another inert material; the opening ends at it
+        thickness;      // height of the mask's underside, half its opening's width, its thickness; in cells
+    double film = 0.0;  // thickness of another inert material on the mask's walls; `half` is measured to it
 };
 
 // Silicon under an inert mask, etched by \p depth.
@@ -24,7 +24,7 @@ struct Undercut {
     Domain domain;
     MaterialStack stack;
     Opening opening;
-    double removed = 0.0;  // silicon's volume
+    double removed = 0.0;  // volume of silicon etched away
 
     Undercut(const Opening& under, double depth, const AdvectionOptions& options)
         : domain(under.kind == ShapeKind::hole
@@ -54,8 +54,8 @@ struct Undercut {
         removed = before - volume();
     }
 
-    // The largest distance of silicon's front from where it should be; a cell from the mask marching cubes
-    // cuts the corner between the two.
+    // Largest distance, in cells, of silicon's front from the exact one. The cell below the mask is left out:
+    // there marching cubes cuts the corner between the two.
     double front_error(double depth) const {
         double most = 0.0;
         for (const Vec3& p : extract_surface(stack).vertices) {
@@ -74,7 +74,7 @@ constexpr AdvectionOptions kDefaults{Scheme::weno3, TimeIntegration::euler, 0.5}
 }  // namespace
 
 TEST_CASE("an isotropic etch sets out under a mask at once: quarter circles at either side of the opening") {
-    // Walls and underside on nodes and off them.
+    // The mask's walls and underside on nodes and between them.
     for (const double depth : {6.0, 12.0})
         for (const double bottom : {0.0, 0.13, 0.4, 0.5})
             for (const double beside : {0.0, 1e-7, -1e-7, 0.13, 0.4, 0.5}) {
@@ -83,7 +83,7 @@ TEST_CASE("an isotropic etch sets out under a mask at once: quarter circles at e
                 const double area = 2.0 * opening.half * depth + 0.5 * std::numbers::pi * depth * depth;
                 CAPTURE(depth, bottom, beside, etched.removed / 2.0 / area - 1.0);
                 CHECK(etched.removed / 2.0 == Approx(area).epsilon(depth == 6.0 ? 0.005 : 0.002));
-                // The mask is three cells thick: a front that goes under it four times as far is farther off.
+                // A front that goes under the mask, three cells thick, four times as far is less exact.
                 CHECK(etched.front_error(depth) < (depth == 6.0 ? 0.1 : 0.13));
             }
 }
@@ -119,7 +119,7 @@ TEST_CASE("an isotropic etch under a mask with a round hole leaves a quarter of 
         const Opening opening{ShapeKind::hole, 0.13, 8.0 + beside, 4.0};
         const double depth = 10.0, r = opening.half, pi = std::numbers::pi;
         const Undercut etched(opening, depth, kDefaults);
-        // Half of all points within a distance of a disc (Steiner's formula).
+        // Half the volume of all points within the depth of a disc, by Steiner's formula.
         const double volume =
             pi * r * r * depth + 0.5 * pi * pi * r * depth * depth + 2.0 / 3.0 * pi * depth * depth * depth;
         CAPTURE(beside, etched.removed / volume - 1.0);

@@ -15,7 +15,7 @@ double ball(const Vec3& p, const Vec3& centre, double radius) {
     return (p - centre).norm() - radius;
 }
 
-// The surface of a field, negative in the material, and what of it is sealed off.
+// The surface of a field, negative in the material, and flags of its triangles that are sealed off.
 struct Sealed {
     TriangleMesh surface;
     std::vector<std::uint8_t> flags;
@@ -39,7 +39,7 @@ TEST_CASE("a void is sealed off with the body that lies in it, also where it goe
     const Domain domain = make_domain({24.0, 24.0}, 1.0, {side, side});
     for (const double x : {0.0, 12.0}) {
         const Sealed sealed(domain, [x](const Vec3& p) {
-            Vec3 q = p;  // the nearest copy
+            Vec3 q = p;  // the nearest periodic copy
             if (q.x() < x - 12.0) q.x() += 24.0;
             const double holed = std::max(p.z() - 0.3, -ball(q, {x, 0.0, -8.1}, 5.2));
             return std::min({holed, ball(q, {x, 0.0, -8.1}, 2.2), ball(p, {0.0, 0.0, 6.2}, 3.1)});

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kDx = 0.1;
 
-// Of a body above a wafer whose top lies at -2.
+// Volume of a body above a wafer whose top lies at z = -2.
 double volume_above(const Domain& domain, const Shape& body) {
     const MaterialStack stack = make_stack(domain, {{0, {.kind = ShapeKind::plane, .top = -2.0}}, {1, body}});
     return volume_of(stack, 1) - volume_of(stack, 0);

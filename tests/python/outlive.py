@@ -32,5 +32,5 @@ kept += [left, coarse.points, sidewall.distance(*mesh, *coarse).forward]
 before = [float(np.asarray(array, dtype=float).sum()) for array in kept]
 del step, mesh, flux, coarse, simulation
 gc.collect()
-junk = [np.full(len(array), np.nan) for array in kept]  # into what would be freed
+junk = [np.full(len(array), np.nan) for array in kept]  # overwrites what would have been freed
 assert before == [float(np.asarray(array, dtype=float).sum()) for array in kept]

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# outlive_test.sh PYTHON: no array reads or writes memory that is freed, by valgrind; or why not, and exit code 77. Values without
-# meaning are not looked for: packets of rays fly with unused lanes.
+# outlive_test.sh PYTHON: checks by valgrind that no array reads or writes freed memory; exit code 77 with the reason where it
+# cannot. Uninitialised values are not checked: packets of rays have unused lanes.
 set -euo pipefail
 command -v valgrind >/dev/null || { echo "skipped: there is no valgrind"; exit 77; }
 "$1" -c 'import numpy' 2>/dev/null || { echo "skipped: Python has no numpy"; exit 77; }

@@ -73,7 +73,7 @@ def test_simplify_keeps_the_bound_and_the_materials():
     material = (points[triangles][:, :, 1].mean(axis=1) > 0.5).astype(np.int64)
     mesh = sidewall.simplify(points, triangles, max_error=1e-3, material=material)
     assert len(mesh.points) < 0.6 * len(points)
-    # Measured at vertices, which the bound is stated for; single precision of the search adds 1e-6.
+    # Distances are measured at vertices, as the bound is stated; single precision of the search adds 1e-6.
     assert sidewall.distance(points, triangles, *mesh).max < 1e-3 + 1e-6
     assert set(mesh.triangle_data["material"]) == {0, 1}
     fewer = sidewall.simplify(*mesh, method="lindstrom-turk", target_vertices=100, weights=(1, 1, 0.1))
@@ -85,7 +85,7 @@ def test_flux_on_a_plane_is_one_and_shadowed_where_it_must():
     assert (flat.flux * flat.area).sum() == pytest.approx(1.0, abs=1e-6)  # every ray lands
     assert flat.absorbed == flat.rays and flat.leaked == 0
 
-    # A step of infinite length and height h: at distance x from it the floor sees half the source and a sine more.
+    # At distance x from an infinitely long step of height h the floor's flux is (1 + x / sqrt(x^2 + h^2)) / 2.
     xs, h = np.array([0.0, 0.5, 0.5 + 1e-6, 1.0]), 1.0
     points = np.array([(x, y, z) for x, z in zip(xs, (h, h, 0, 0)) for y in (0.0, 1.0)])
     triangles = np.concatenate([[(a, a + 2, a + 3), (a, a + 3, a + 1)] for a in (0, 2, 4)])
@@ -99,7 +99,7 @@ def test_flux_on_a_plane_is_one_and_shadowed_where_it_must():
 
 def test_radiosity_solves_for_what_monte_carlo_counts():
     surface = grid(24, lambda x, y: -0.9 * np.exp(-(((x - 0.5) / 0.15) ** 4)))  # a trench
-    # Where nothing sticks, a thermal gas fills every place alike.
+    # Where nothing sticks, a thermal gas has the same flux everywhere.
     still = sidewall.flux(*surface, sticking=0.0, method="radiosity", boundary="reflective")
     assert np.abs(still.flux - 1.0).max() < 1e-3 and still.absorbed == 0
     solved, counted = [
@@ -107,7 +107,7 @@ def test_radiosity_solves_for_what_monte_carlo_counts():
         for method in ("radiosity", "monte-carlo")
     ]
     mean = [np.average(f.flux, weights=f.area) for f in (solved, counted)]
-    # Errors of many triangles cancel in their mean.
+    # The errors of many triangles cancel in their mean.
     assert mean[0] == pytest.approx(mean[1], rel=0.01)
     error = np.hypot(solved.flux_error, counted.flux_error)
     assert np.average(np.abs(solved.flux - counted.flux) < 4 * error + 0.02) > 0.97
@@ -157,7 +157,7 @@ def test_bad_arrays_are_refused_by_name():
                 function(*given)
     with pytest.raises(sidewall.GeometryError, match="one a triangle"):
         sidewall.flux(points, triangles, material=[1, 2])
-    with pytest.raises(ValueError):  # errors are Python's own kinds, too
+    with pytest.raises(ValueError):  # the errors derive from Python's own, too
         sidewall.simplify(points, triangles, method="magic")
 
 

@@ -61,5 +61,5 @@ def test_scipy_finds_what_was_measured(tmp_path):
 def test_a_half_sphere_of_another_library_has_the_flux_that_view_factors_give(tmp_path):
     for line in run(tmp_path, ROOT / "docs/examples/other_mesh.py").splitlines():
         flat, bottom, exact = numbers(line.split("flux")[1])
-        # 38 chords across the half sphere: they lie above it, the more so at its steep rim.
+        # The half sphere has 38 chords across, which lie above it, the more so at its steep rim.
         assert abs(flat - 1.0) < 0.02 and abs(bottom - exact) < 0.05 * exact

@@ -96,9 +96,9 @@ def test_a_run_writes_what_the_program_writes(tmp_path):
     subprocess.run(["sidewall", "run", path, "-o", tmp_path / "program", "--quiet"], check=True)
     steps = list(sidewall.Simulation(path, tmp_path / "python"))
     names = {p.name for p in (tmp_path / "program").iterdir()}
-    lock = {".sidewall.lock"}  # for as long as the last time step can be asked
+    lock = {".sidewall.lock"}  # held while the last time step can be queried
     assert names == {p.name for p in (tmp_path / "python").iterdir()} - lock and "surface_0001.vtp" in names
-    for name in names - {"summary.json", "checkpoint.vdb"}:  # which hold seconds
+    for name in names - {"summary.json", "checkpoint.vdb"}:  # these hold seconds
         assert (tmp_path / "program" / name).read_bytes() == (tmp_path / "python" / name).read_bytes(), name
     rows = (tmp_path / "python" / "timeline.csv").read_text().splitlines()[1:]
     assert len(rows) == len(steps) and steps[-1].dt == 0  # the last row is of the process step's end
@@ -121,7 +121,7 @@ def test_a_time_step_tells_of_the_wafer():
         assert step.traced().triangle_data["flux_error_neutral"].min() >= 0
     assert step.dt == 0 and step.time == pytest.approx(0.2)
     assert simulation.summary["time"] == pytest.approx(0.2)
-    # The film on the top, at flux 1 and rate 1.
+    # The film on the top grows at flux 1 and rate 1.
     assert surface.points[:, 2].max() == pytest.approx(0.2, abs=0.02)
 
 
@@ -137,7 +137,7 @@ def test_a_time_step_that_is_over_says_so():
     folder = simulation.output
     assert folder.exists()
     del simulation, first
-    assert not folder.exists()  # a temporary one
+    assert not folder.exists()  # it was temporary
     assert (kept.points == points).all()
 
 
@@ -215,12 +215,12 @@ def test_the_recipe_may_change_between_time_steps(tmp_path):
         if step.time >= 0.5 and simulation.recipe["step[0].rate"] == 0.2:
             simulation.recipe["step[0].rate"] = 0.1
             changed = step.time
-    assert recipe["step[0].rate"] == 0.2  # another one's
+    assert recipe["step[0].rate"] == 0.2  # the simulation changed its own copy
     assert times == sorted(set(times)) and step.time == 1.0
     expected = 0.2 * changed + 0.1 * (1.0 - changed)
     assert step.surface().points[:, 2] == pytest.approx(expected, abs=1e-3)
     assert sidewall.Recipe(tmp_path / "changed" / "recipe.toml")["step[0].rate"] == 0.1
-    # Every time step and the end have their rows, and what was changed goes on from its checkpoint.
+    # Every time step and the end have their rows, and a changed run resumes from its checkpoint.
     rows = (tmp_path / "changed" / "timeline.csv").read_text().splitlines()[1:]
     assert [float(row.split(",")[2]) for row in rows] == pytest.approx(times, rel=1e-8)
 

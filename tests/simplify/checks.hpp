@@ -30,7 +30,7 @@ inline Places places(const TriangleMesh& mesh) {
     return {mesh.vertices.begin(), mesh.vertices.end()};
 }
 
-/// Triangles whose normal points into the material.
+/// Number of triangles whose normal points into the material.
 inline std::size_t flipped(const TriangleMesh& mesh, const Field& field) {
     std::size_t count = 0;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -40,7 +40,7 @@ inline std::size_t flipped(const TriangleMesh& mesh, const Field& field) {
     return count;
 }
 
-/// Manifold, oriented, of the same Euler number, nothing degenerate or doubled that was not before.
+/// Requires a manifold, oriented mesh of the same topology with no more degenerate or duplicate triangles.
 inline void require_same_kind(const TriangleMesh& before, const TriangleMesh& after) {
     const surface::Topology a = surface::analyse_topology(before), b = surface::analyse_topology(after);
     REQUIRE(b.manifold());

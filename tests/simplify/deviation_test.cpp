@@ -8,7 +8,7 @@ using namespace sidewall;
 using namespace sidewall::simplify;
 
 TEST_CASE("of two witnesses the one farther from the triangles around is kept") {
-    // The moved vertex is to lie at the origin, in the middle of a flat hexagon of side 1.
+    // A flat hexagon of side 1. Its middle vertex moves to the origin.
     TriangleMesh hexagon;
     hexagon.vertices.emplace_back(0.4, 0.0, 0.2);
     std::vector<MovedTriangle> moved;
@@ -32,8 +32,7 @@ TEST_CASE("of two witnesses the one farther from the triangles around is kept") 
         CHECK(witness.distance2 == Approx(0.25));
     }
     CHECK(farther(below, beside, 0.0).distance2 == Approx(1.0));
-    CHECK(
-        farther(above, below, 0.16).point.isApprox(below));  // the nearer one need not be measured any closer
+    CHECK(farther(above, below, 0.16).point.isApprox(below));  // 0.09 < 0.16: the search for above ends early
 }
 
 TEST_CASE("the limit of outliers follows the recent distances, once there are enough") {

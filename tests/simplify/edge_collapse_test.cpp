@@ -9,8 +9,7 @@ using namespace sidewall::simplify;
 
 namespace {
 
-// A roof of four ridge points, its sides \p degrees from the horizontal, between eaves one away on either
-// side.
+// A roof with four ridge points and eaves at y = +-1. Its sides slope by \p degrees.
 TriangleMesh roof(double degrees) {
     const double height = std::tan(degrees * std::numbers::pi / 180.0);
     TriangleMesh mesh;
@@ -26,7 +25,7 @@ TriangleMesh roof(double degrees) {
     return mesh;
 }
 
-// Whether the middle of the ridge may collapse to a point from which the sides fall by so many degrees.
+// Whether the middle ridge edge may collapse so that the slope there goes from \p from to \p to degrees.
 bool rises(double from, double to) {
     const CollapseMesh mesh(roof(from));
     for (std::uint32_t h = 0; h < mesh.corner.size(); ++h) {
@@ -41,8 +40,8 @@ bool rises(double from, double to) {
     return false;
 }
 
-// Whether the only inner vertex may collapse onto a vertex of the side at y = 0, whose third of five is a
-// bump.
+// Whether the only inner vertex may collapse onto \p vertex of the side plane y = 0. Vertex 2, in the middle
+// of the five there, is a bump.
 bool goes_to_side(std::uint32_t vertex) {
     TriangleMesh mesh;
     mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0.3}, {3, 0, 0}, {4, 0, 0},
@@ -62,13 +61,13 @@ bool goes_to_side(std::uint32_t vertex) {
 
 TEST_CASE("a collapse leaves no triangle in a side plane") {
     CHECK(goes_to_side(2));
-    CHECK_FALSE(goes_to_side(1));  // 1, 2 and 3 would be one
+    CHECK_FALSE(goes_to_side(1));  // the triangle 1, 2, 3 would lie in the side plane
     CHECK_FALSE(goes_to_side(3));
 }
 
 TEST_CASE("a collapse may not fold neighbours onto each other, unless they are folded already") {
     CHECK(rises(60.0, 60.0));
     CHECK(rises(60.0, 65.0));
-    CHECK_FALSE(rises(60.0, 87.0));  // each side turns by less than 30 degrees
-    CHECK(rises(80.0, 82.0));        // they were folded before
+    CHECK_FALSE(rises(60.0, 87.0));  // folds them, though each side turns by less than 30 degrees
+    CHECK(rises(80.0, 82.0));        // the sides were folded before
 }

@@ -26,7 +26,7 @@ double tent_cost(double length) {
 }  // namespace
 
 TEST_CASE("the short edge of a needle costs a sixteenth") {
-    // The angle opposite to it is 5 degrees at a length of about 0.0877; the cost is smooth else.
+    // The angle opposite to the edge is 5 degrees at a length of about 0.0877; only there the cost jumps.
     CHECK(tent_cost(0.091) / tent_cost(0.088) < 2.0);
     CHECK(tent_cost(0.087) / tent_cost(0.084) < 2.0);
     CHECK(tent_cost(0.089) / tent_cost(0.086) > 8.0);

@@ -20,7 +20,7 @@ std::size_t share(const TriangleMesh& mesh, double kept) {
 
 TEST_CASE("Lindstrom-Turk keeps the volume of a smooth closed surface") {
     // A polyhedron inscribed in a sphere of radius r with edges h lacks a share of order (h / r)^2 of the
-    // volume; the collapse has the volume as its first constraint, so that its own change is far below this.
+    // volume. The collapse has the volume as its first constraint, so its own change must be far below this.
     const double radius = 1.0;
     const TriangleMesh mesh = sphere_mesh(radius, 30);
     const double before = enclosed_volume(mesh);
@@ -41,8 +41,8 @@ TEST_CASE("a coarse sphere stays within the sagitta of its edges") {
     for (const Triangle& t : coarse.triangles)
         for (std::size_t k = 0; k < 3; ++k)
             longest = std::max(longest, (coarse.vertices[t[k]] - coarse.vertices[t[(k + 1) % 3]]).norm());
-    // Triangles with edges up to h lie within h^2 / 6 of the sphere through their corners (circumradius h /
-    // sqrt 3).
+    // Triangles with edges up to h lie within h^2 / 6 of the unit sphere through their corners: their
+    // circumradius is at most h / sqrt 3.
     CHECK(surface::two_sided_distance(mesh, coarse).max < longest * longest / 6.0);
 }
 
@@ -116,8 +116,8 @@ TEST_CASE("the target is met to the vertex where the surface allows") {
 }
 
 TEST_CASE("no edge of the bound's length or longer collapses") {
-    // On a square grid only the sides, not the diagonals, are shorter than 1.2 cells; with a bound of one
-    // cell none is.
+    // On a square grid the sides are shorter than 1.2 cells, the diagonals are not. No edge is shorter than
+    // one cell.
     const TriangleMesh mesh = square_mesh(10, 1.0);
     CHECK(same_bits(simplify_lindstrom_turk(mesh, {.l_max = 1.0}).mesh, mesh));
     CHECK(simplify_lindstrom_turk(mesh, {.l_max = 1.2}).passes.at(0).removed > 0);
@@ -168,7 +168,7 @@ TEST_CASE("unused vertices go, coincident ones merge without crossing the target
     CHECK(coarse.vertices.size() == 25);
 
     mesh = square_mesh(6, 1.0);
-    mesh.vertices[24] = mesh.vertices[25];  // two inner neighbours: two triangles have no area
+    mesh.vertices[24] = mesh.vertices[25];  // two inner neighbours coincide: two triangles have no area
     const std::size_t n = mesh.vertices.size();
     CHECK(simplify_lindstrom_turk(mesh, {.target_vertices = n}).mesh.vertices.size() == n);
     CHECK(simplify_lindstrom_turk(mesh, {.l_max = 0.5}).mesh.vertices.size() == n - 1);

@@ -1,4 +1,4 @@
-// Rows of options name what they set; the rest is the default on purpose.
+// The rows below set some options by name; the others keep their defaults on purpose.
 #pragma GCC diagnostic ignored "-Wmissing-field-initializers"
 #include "simplify/simplify.hpp"
 

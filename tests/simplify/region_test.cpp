@@ -22,7 +22,7 @@ struct Case {
     std::vector<std::uint8_t> features;
 };
 
-/// A trench whose rounded corners (radius 3 cells) are found as features.
+/// A trench with its rounded corners, of radius 3 cells, flagged as features.
 Case trench_case(double roughness = 0.0) {
     Case c;
     c.mesh = trench_mesh(kSpacing, roughness);
@@ -90,8 +90,7 @@ TEST_CASE("edges grow with the number of rings from the features") {
     for (std::size_t v = 0; v < features.size(); ++v) features[v] = mesh.vertices[v].x() <= 2.0;
     const auto result = simplify_regions(mesh, features, {.l0 = 0.0, .step = 2.0, .l_max = 10.0});
     const TriangleMesh& coarse = result.mesh;
-    // Mean edge length by the columns of the square it lies in: fine at the features, then ring after ring
-    // coarser.
+    // Mean edge length in bands of x: shortest at the features, then longer from ring to ring.
     std::map<int, std::pair<double, int>> bins;
     for (const Triangle& t : coarse.triangles)
         for (std::size_t k = 0; k < 3; ++k) {

@@ -1,4 +1,4 @@
-// What no simplification may do, on meshes that invite it.
+// What every simplification must keep, on meshes that make it hard.
 #include <tbb/global_control.h>
 
 #include <ctime>
@@ -27,7 +27,7 @@ void require_inside(const Box3& box, const TriangleMesh& mesh) {
     for (const Vec3& p : mesh.vertices) REQUIRE((p.cwiseMax(box.min).cwiseMin(box.max) - p).isZero(0.0));
 }
 
-/// Everything promised of any result.
+/// Checks all that is promised of any result: topology and bounding box.
 void require_sound(const TriangleMesh& before, const TriangleMesh& after) {
     require_same_kind(before, after);
     require_inside(bounding_box(before), after);
@@ -45,7 +45,7 @@ void simplify_all(const TriangleMesh& mesh, const std::vector<std::uint8_t>& fea
         }
 }
 
-/// Leaves out triangles so that holes open, but keeps a manifold.
+/// Leaves out triangles of a mesh to make holes that do not touch, so that it stays manifold.
 TriangleMesh with_holes(const TriangleMesh& mesh, std::uint32_t every) {
     TriangleMesh result = mesh;
     result.triangles.clear();
@@ -78,7 +78,7 @@ TriangleMesh fan(std::uint32_t spokes) {
     return mesh;
 }
 
-/// A strip closed with half a turn.
+/// A Moebius strip of \p n quadrilaterals.
 TriangleMesh moebius(std::uint32_t n) {
     TriangleMesh mesh;
     for (std::uint32_t i = 0; i < n; ++i)
@@ -151,7 +151,7 @@ TEST_CASE("a hard bound holds in both directions, at any target", "[slow]") {
                                                     .grid_spacing = 0.2};
                     const TriangleMesh coarse = simplify::simplify(mesh, features, options).mesh;
                     CHECK(coarse.vertices.size() < mesh.vertices.size());
-                    // Positions are single precision in the measuring program's tree, not in its distances.
+                    // The distance search's tree is single precision, its distances are double precision.
                     CHECK(surface::two_sided_distance(mesh, coarse).max <= bound * (1.0 + 1e-9));
                 }
     }
@@ -187,7 +187,7 @@ TEST_CASE("region-bounded keeps to the lengths it is given") {
     const TriangleMesh mesh = square_mesh(60, 1.0);
     std::vector<double> lengths(mesh.vertices.size(), std::numeric_limits<double>::infinity());
     for (std::size_t v = 0; v < lengths.size(); ++v)
-        if (mesh.vertices[v].x() < 20.0) lengths[v] = 0.5;  // no edge is shorter: nothing may go
+        if (mesh.vertices[v].x() < 20.0) lengths[v] = 0.5;  // every edge is longer: no vertex may go
     const std::vector<std::uint8_t> none(mesh.vertices.size(), 0);
     const auto result = simplify::simplify(
         mesh, none, {.method = Method::region_bounded, .target_vertices = 1, .max_length_at = lengths});
@@ -212,7 +212,7 @@ TEST_CASE("region-bounded is no farther from the surface than region at equal ve
         options.method = Method::region_bounded;
         const auto bounded = surface::distance(mesh, simplify::simplify(mesh, features, options).mesh);
         CHECK(bounded.max <= region.max);
-        // Where next to nothing is removed both are next to nothing; the margin is for that.
+        // The margin is for meshes where next to nothing is removed and both means are almost zero.
         CHECK(bounded.mean <= std::max(region.mean, 0.001 * 0.2));
     }
 }
@@ -269,7 +269,7 @@ TEST_CASE("a thousand random meshes stay sound", "[slow]") {
                 mesh = with_holes(square_mesh(4 + i % 9, 0.3), 4 + std::uint32_t(i % 5));
                 break;
         }
-        // Flat copies, rough ones, and some with coincident vertices and triangles without area.
+        // Some meshes are rough; some get coincident vertices and triangles without area.
         const double roughness = i % 3 == 0 ? 0.0 : uniform(0.0, 0.3);
         for (Vec3& p : mesh.vertices) p += roughness * Vec3(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
         if (i % 10 == 9)
@@ -295,7 +295,7 @@ TEST_CASE("a thousand random meshes stay sound", "[slow]") {
 }
 
 TEST_CASE("a fan is simplified in time proportional to its triangles") {
-    // Flat, its rim on a line: everything may go, one neighbour of the hub after the other.
+    // Flat, with its rim on a line: all rim vertices may go, one neighbour of the hub after the other.
     const auto fan = [](std::uint32_t n) {
         TriangleMesh mesh;
         mesh.vertices.emplace_back(0.5, 1.0, 0.0);
@@ -311,8 +311,8 @@ TEST_CASE("a fan is simplified in time proportional to its triangles") {
             simplify::simplify(mesh, features, {.method = method});
             return double(std::clock() - start) / CLOCKS_PER_SEC;
         };
-        // Four times the triangles: 4 if linear, 16 if quadratic; CPU time on a busy machine is good to a
-        // factor of two.
+        // Four times the triangles take 4 times as long if linear, 16 if quadratic; CPU time on a busy
+        // machine is good to a factor of two.
         const double few = std::max(0.02, cpu_seconds(6000));
         INFO(to_string(method));
         CHECK(cpu_seconds(24000) < 9.0 * few);

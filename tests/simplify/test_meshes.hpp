@@ -1,5 +1,5 @@
 #pragma once
-// Meshes as a level set gives them: dense, uneven, sliced by a grid, ending exactly on the sides of a box.
+// Meshes as extracted from a level set: dense, uneven, cut by a grid, ending exactly on the sides of a box.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -14,7 +14,7 @@ namespace sidewall::test {
 
 using Field = std::function<double(const Vec3&)>;
 
-/// Nodes lie at min + spacing * (i, j, k), 0 <= i <= cells.
+/// A grid whose nodes lie at min + spacing * (i, j, k), 0 <= i <= cells[0] and so on.
 struct Grid {
     Vec3 min;
     double spacing = 1.0;
@@ -82,7 +82,7 @@ inline TriangleMesh extract(const Grid& grid, const Field& field) {
     return mesh;
 }
 
-/// A value in [-1, 1] that depends on the place alone.
+/// A pseudo-random value in [-1, 1] that depends only on the position.
 inline double noise(const Vec3& p) {
     std::uint64_t h = 0x9e3779b97f4a7c15u;
     for (const double c : {p.x(), p.y(), p.z()}) {
@@ -93,7 +93,7 @@ inline double noise(const Vec3& p) {
     return double(h >> 11) * 0x1p-52 - 1.0;
 }
 
-/// Signed distance to the corner where x < 0 and y < 0 meet, rounded by a radius.
+/// Signed distance to the material x < 0, y < 0, whose corner is rounded by a radius.
 inline double rounded_corner(double x, double y, double radius) {
     const double u = std::max(x + radius, 0.0), v = std::max(y + radius, 0.0);
     return std::min(std::max(x, y) + radius, 0.0) + std::hypot(u, v) - radius;
@@ -123,12 +123,12 @@ inline Field rough(Field field, double amplitude) {
     return [=](const Vec3& p) { return field(p) + amplitude * noise(p); };
 }
 
-/// Trench about 4 wide and 8 deep, as the default recipe has it; no wall lies on grid nodes.
+/// A trench about 4 wide and 8 deep, like that of the default recipe; no wall lies on grid nodes.
 inline Field trench_field() {
     return trench(4.1, 8.05, 0.75);
 }
 
-/// The trench in a box of 10 x length.
+/// Mesh of the trench in a box of 10 x length, with a noise of amplitude \p roughness in cells.
 inline TriangleMesh trench_mesh(double spacing = 0.25, double roughness = 0.0, double length = 10.0) {
     const int n = int(std::lround(10.0 / spacing)), ny = int(std::lround(length / spacing)),
               nz = int(std::lround(10.0 / spacing));

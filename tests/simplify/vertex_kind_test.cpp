@@ -15,7 +15,7 @@ struct Named {
     VertexConstraint constraint;
 };
 
-// Every kind, in every place of the unit square.
+// Every vertex kind, with every side and corner of the unit square.
 const std::vector<Named> kVertices = {{"interior", {}},
                                       {"boundary", {VertexKind::boundary, 0}},
                                       {"side x0", {VertexKind::side, kMinX}},
@@ -29,7 +29,7 @@ const std::vector<Named> kVertices = {{"interior", {}},
                                       {"frozen", {VertexKind::frozen, 0}},
                                       {"frozen x0", {VertexKind::frozen, kMinX}}};
 
-// s: start, e: end, b: along the boundary, f: free, -: nowhere.
+// s: at the start, e: at the end, b: along the boundary, f: free, -: nowhere.
 char letter(MergedPlace place) {
     switch (place) {
         case MergedPlace::nowhere:
@@ -46,7 +46,7 @@ char letter(MergedPlace place) {
     return '?';
 }
 
-// A row a start, a column an end, both as listed above.
+// One row for each start, one column for each end, both in the order of kVertices.
 std::vector<std::string> table(bool boundary_edge) {
     std::vector<std::string> rows;
     for (const Named& start : kVertices) {
@@ -136,7 +136,7 @@ TEST_CASE("kind and planes of a boundary vertex come from the box to the last bi
     move_into(at(0.7, -1.0).planes, p, box.min, box.max);
     CHECK(p == Vec3(0.7, -1.0, 0.6));
 
-    // A wall without extent along x lies in both planes across it, which makes no corner.
+    // A mesh without extent along x lies in both planes across x, which do not make a corner.
     const Box3 wall{Vec3(0.1, -1.0, 0.0), Vec3(0.1, 2.0, 5.0)};
     const VertexConstraint inner = boundary_constraint(Vec3(0.1, 0.0, 5.0), wall);
     CHECK(inner.kind == VertexKind::side);

@@ -16,7 +16,7 @@ double largest(const std::vector<double>& values, const std::function<double(std
     return error;
 }
 
-/// A bump over [0, 1]^2 whose slope vanishes on all four sides: it continues smoothly when mirrored there.
+/// A bump over [0, 1]^2 whose slope vanishes on all four sides, so that mirror images continue it smoothly.
 TriangleMesh mirror_bump(std::uint32_t n) {
     return test::grid_mesh(n, n, [](double u, double v) {
         return Vec3(u, v, 0.2 * std::cos(std::numbers::pi * u) * std::cos(2 * std::numbers::pi * v));
@@ -90,7 +90,7 @@ TEST_CASE("a sphere has mean curvature 1/r and, on average, gaussian 1/r^2") {
         for (const double k : curvature.gaussian) average += k / double(curvature.gaussian.size());
         CHECK(average == Approx(0.25).epsilon(0.02));
     }
-    // Inside out, the material is concave.
+    // With its triangles reversed the sphere bounds a concave material.
     TriangleMesh hollow = test::sphere_mesh(3, radius);
     for (Triangle& t : hollow.triangles) std::swap(t[0], t[1]);
     CHECK(mesh_curvature(hollow).mean[0] == Approx(-0.5).epsilon(0.01));
@@ -117,7 +117,7 @@ TEST_CASE("a cylinder that ends on side planes is curved alike up to its ends, a
 TEST_CASE("a vertex on a side plane has the curvature that the mirrored surface has there") {
     const std::uint32_t n = 16;
     const TriangleMesh quarter = mirror_bump(n);
-    // Mirrored about x = 0 and then y = 0, triangles turned back, seams joined by position.
+    // The bump mirrored about x = 0 and y = 0: mirrored triangles reversed, vertices joined by position.
     TriangleMesh full;
     std::map<std::array<double, 3>, std::uint32_t> known;
     for (const double sx : {1.0, -1.0})
@@ -165,11 +165,11 @@ TEST_CASE("features are where curvature exceeds the bound set by the spacing") {
     const auto count = [](const std::vector<std::uint8_t>& flags) {
         return std::count(flags.begin(), flags.end(), 1);
     };
-    // Mean curvature 1: flagged when C / spacing < 1, with either bound near 1 kept clear of.
+    // Vertices of a mean curvature above C / spacing are flagged; here it is 1, and no bound is close to 1.
     CHECK(count(feature_flags(sphere, 0.1)) == 0);
     CHECK(count(feature_flags(sphere, 1.0)) == std::ptrdiff_t(sphere.vertices.size()));
     CHECK(count(feature_flags(sphere, 0.1, 0.05)) == std::ptrdiff_t(sphere.vertices.size()));
-    // A saddle of no mean curvature is found by its gaussian.
+    // A saddle with zero mean curvature is flagged for its Gaussian curvature.
     CHECK(feature_flags(Curvature{{0.0, 0.0}, {-30.0, -20.0}}, 0.1) == std::vector<std::uint8_t>{1, 0});
     CHECK(feature_flags(Curvature{{-5.1, 4.9}, {0.0, 0.0}}, 0.1) == std::vector<std::uint8_t>{1, 0});
     CHECK_THROWS_AS(feature_flags(sphere, 0.0), GeometryError);
@@ -191,7 +191,7 @@ TEST_CASE("degenerate and repeated triangles give no NaN") {
 }
 
 TEST_CASE("the automatic feature parameter finds rounded corners, but neither roughness nor curved walls") {
-    // Shares of a surface: flat with roughness, and corners of radius 4 and 12 spacings.
+    // Mean curvatures, per grid spacing, of walls and of some corners: 1 / (2 * 4) at a radius of 4 spacings.
     const auto parameter = [](double wall, double corner, std::size_t corners) {
         std::vector<double> mean(1000, wall), gaussian(1000, 0.0);
         for (std::size_t i = 0; i < corners; ++i) mean[i] = corner;

@@ -17,7 +17,7 @@ double length(const Polyline& line) {
     return sum;
 }
 
-/// Twice the area to the left, seen against the plane's normal.
+/// Area enclosed by the line, seen against the plane's normal; positive if it lies to the left.
 double signed_area(const Polyline& line, const Plane& plane) {
     Vec3 sum = Vec3::Zero();
     for (std::size_t i = 0; i < line.points.size(); ++i)
@@ -29,7 +29,7 @@ double signed_area(const Polyline& line, const Plane& plane) {
 
 TEST_CASE("a sphere is cut in one circle around its material") {
     const TriangleMesh sphere = test::sphere_mesh(4, 1.0);
-    // Through vertices (x = 0 holds some exactly), past them, and tilted.
+    // Planes through vertices (some lie exactly at x = 0), between vertices, and tilted.
     const Plane plane = GENERATE(Plane{Vec3::UnitX(), 0.0}, Plane{Vec3::UnitY(), 0.1},
                                  Plane{-Vec3::UnitZ(), 0.2}, Plane{Vec3(1, 2, -3), 0.5});
     const auto lines = cut_by_plane(sphere, plane);
@@ -43,7 +43,7 @@ TEST_CASE("a sphere is cut in one circle around its material") {
         CHECK(std::abs(p.norm() - 1.0) <= edge * edge / 6.0);
     }
     CHECK(length(lines[0]) == Approx(2 * std::numbers::pi * radius).epsilon(edge * edge));
-    // Material to the left: the area is positive.
+    // The material lies to the left, so that the area is positive.
     CHECK(signed_area(lines[0], plane) == Approx(std::numbers::pi * radius * radius).epsilon(edge * edge));
 }
 
@@ -52,7 +52,7 @@ TEST_CASE("a torus is cut in two circles, across and along") {
     CHECK(cut_by_plane(torus, {Vec3::UnitY(), 0.0}).size() == 2);
     const auto flat = cut_by_plane(torus, {Vec3::UnitZ(), 0.0});
     REQUIRE(flat.size() == 2);
-    // The outer circle has the material inside, the inner one outside.
+    // The outer circle has the material inside, the inner one has it outside.
     CHECK(signed_area(flat[0], {Vec3::UnitZ(), 0.0}) * signed_area(flat[1], {Vec3::UnitZ(), 0.0}) < 0.0);
     CHECK(cut_by_plane(torus, {Vec3::UnitZ(), 0.5}).empty());
 }
@@ -74,7 +74,7 @@ TEST_CASE("a surface over a rectangle is cut in one open line from side to side,
     const auto profile = [](double x) { return std::sin(3.0 * x); };
     TriangleMesh mesh = test::plane_mesh(20);
     for (Vec3& p : mesh.vertices) p.z() = profile(p.x());
-    // y = 0 runs along mesh edges, y = 0.03 between them, y = -1 and y = 1 along the sides.
+    // y = 0 runs along mesh edges, 0.03 between them, -1 + 1e-9 next to a side, -1 and 1 on the sides.
     const double y = GENERATE(0.0, 0.03, -1.0 + 1e-9, -1.0, 1.0);
     const Plane plane{Vec3::UnitY(), y};
     const auto lines = cut_by_plane(mesh, plane);
@@ -84,8 +84,8 @@ TEST_CASE("a surface over a rectangle is cut in one open line from side to side,
     const double first = lines[0].points.front().x(), last = lines[0].points.back().x();
     CHECK(std::abs(first) == 1.0);
     CHECK(first == -last);
-    // Against the normal +y the x axis points left: with the material below, to its left, the line runs
-    // towards +x.
+    // Seen against the normal +y, the x axis points left. The line has the material below it to its left, so
+    // it runs towards +x.
     CHECK(first < last);
     for (const Vec3& p : lines[0].points) {
         CHECK(p.y() == y);

@@ -24,13 +24,14 @@ TEST_CASE("parallel planes are as far apart as their offset, everywhere") {
 TEST_CASE("a surface lies on itself and on its own refinement") {
     const TriangleMesh torus = test::torus_mesh(40, 1.0, 0.4);
     CHECK(two_sided_distance(torus, torus).max <= 1e-15);
-    // The flat plane refined stays the same set of points.
+    // A refined plane is the same set of points.
     CHECK(two_sided_distance(test::plane_mesh(5), test::plane_mesh(35)).max <= 1e-15);
 }
 
 TEST_CASE("distance to a sphere is the difference of the radii within its chord error") {
     const TriangleMesh sphere = test::sphere_mesh(4, 1.0);
-    // Icosahedron edges of 1.05 halved four times: the facets lie at most (h^2 / 3) / 2 below the sphere.
+    // Icosahedron edges of 1.05, halved four times, are at most h = 1.2 / 16 long. Facets have circumradii up
+    // to h / sqrt 3 and so lie at most (h^2 / 3) / 2 below the sphere.
     const double edge = 1.2 / 16.0, chord = edge * edge / 6.0;
     const TriangleMesh outside = test::sphere_mesh(2, 1.5), inside = test::sphere_mesh(2, 0.5);
     for (const double d : distance(outside, sphere).per_vertex) CHECK((d >= 0.5 - 1e-12 && d <= 0.5 + chord));
@@ -41,7 +42,7 @@ TEST_CASE("the hierarchy finds what looking at every triangle finds") {
     TriangleMesh a = test::torus_mesh(14, 1.0, 0.3), b = test::sphere_mesh(2, 1.1);
     test::shake(a, 0.2, 5);
     test::shake(b, 0.2, 6);
-    // Vertices in no spatial order, so that the search radius has to jump.
+    // Shuffled vertices: the search radius, taken from the distance to the vertex before, jumps.
     std::shuffle(a.vertices.begin(), a.vertices.end(), std::mt19937(7));
     const Distance found = distance(a, b);
     double sum = 0.0;

@@ -28,7 +28,7 @@ TEST_CASE("nothing leaves a held folder by a link, and a device or a pipe in it 
         const HeldFolder held(out);
         for (const char* name : {"link", "dangling", "pipe"}) {
             CAPTURE(name);
-            // However the folder is spelt.
+            // Refused however the folder's path is spelt.
             CHECK_THROWS_WITH(write_whole_file(out / name, "x"), Contains("cannot write: is a"));
             CHECK_THROWS_WITH(append_to_file(folder.path / "./out" / name, "x"), Contains("is a"));
             CHECK_THROWS_WITH(sync_file(folder.path / "a/../out" / name), Contains("is a"));
@@ -39,9 +39,9 @@ TEST_CASE("nothing leaves a held folder by a link, and a device or a pipe in it 
         append_to_file(out / "file", "2\n");
         sync_file(out / "file");
         CHECK(read_whole_file(out / "file") == "1\n2\n");
-        write_whole_file(folder.path / "beside", "x");  // not held
+        write_whole_file(folder.path / "beside", "x");  // outside the held folder
     }
-    write_whole_file(out / "link", "new");  // not held any more
+    write_whole_file(out / "link", "new");  // the folder is not held any more
     CHECK(read_whole_file(precious) == "new");
 }
 

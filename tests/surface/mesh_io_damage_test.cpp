@@ -45,7 +45,7 @@ std::string file_bytes(const std::string& path) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// Damaged bytes either are refused as a FileError or hold a mesh that keeps every promise of read_mesh.
+/// Readers refuse damaged bytes with a FileError or return a mesh that keeps every promise of read_mesh.
 using Decode = TriangleMesh (*)(const std::string&);
 
 TriangleMesh vtp(const std::string& bytes) {
@@ -83,7 +83,7 @@ void fuzz(const std::string& valid, Decode decode, unsigned seed, int rounds) {
     for (int round = 0; round < rounds; ++round) {
         std::string bytes = valid;
         if (round % 3 == 0) bytes.resize(below(bytes.size()));
-        // Half the flips hit the head, where a byte means most.
+        // Half of the flips hit the header, where a byte has most effect.
         const std::size_t head = std::min<std::size_t>(bytes.size(), 1500);
         if (round % 3 > 0)
             for (std::size_t flip = 0; flip < 1 + below(4); ++flip) {
@@ -91,7 +91,7 @@ void fuzz(const std::string& valid, Decode decode, unsigned seed, int rounds) {
                 bytes[at] = below(2) ? char(bytes[at] ^ char(1 << below(8))) : char(random());
             }
         if (round % 7 == 0 && !bytes.empty()) {
-            // A digit more makes a count or an offset wrong by orders of magnitude.
+            // More digits make a count or an offset wrong by orders of magnitude.
             const std::size_t digit = bytes.find_first_of("0123456789", below(bytes.size()));
             if (digit != std::string::npos) bytes.insert(digit, "9999");
         }
@@ -199,7 +199,7 @@ TEST_CASE("a damaged OBJ file is refused with its name, the fault and a remedy",
 }
 
 TEST_CASE("a small file that unfolds to gigabytes is refused before it does", "[foreign]") {
-    // An attribute that compresses to nothing, listed again and again.
+    // An attribute of zeros, which compresses to almost nothing, listed 3000 times more.
     TriangleMesh mesh = test::plane_mesh(100);
     mesh.vertex_attributes.push_back(
         {"zero", 1, Scalar::float64, std::vector<double>(mesh.vertices.size(), 0.0)});
@@ -213,7 +213,7 @@ TEST_CASE("a small file that unfolds to gigabytes is refused before it does", "[
     CHECK_THROWS_WITH(vtp(bomb), Contains("fuzz: unfolds to over"));
     CHECK(vtp(bytes).vertices.size() == mesh.vertices.size());
 
-    // One face of many corners: every triangle of its fan repeats every property.
+    // One face of many corners: each triangle of its fan would repeat every property.
     std::string ply_bytes =
         "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty uchar x\nproperty uchar y\nproperty uchar "
         "z\nelement face 1\nproperty list uint uchar vertex_indices\n";

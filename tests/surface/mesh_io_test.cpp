@@ -194,7 +194,7 @@ TEST_CASE("a mesh that cannot be written is an i/o error and leaves nothing behi
 
 TEST_CASE("a mesh written as STL reads back in single precision, its surface closed again", "[foreign]") {
     const TriangleMesh fine = test::sphere_mesh(2, 1.0);
-    TriangleMesh mesh = decode_stl(encode_stl(fine), "memory");  // rounded
+    TriangleMesh mesh = decode_stl(encode_stl(fine), "memory");  // rounded to single precision
     REQUIRE(mesh.vertices.size() == fine.vertices.size());
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
         CHECK((triangle_centroid(mesh, t) - triangle_centroid(fine, t)).norm() < 1e-7);
@@ -270,7 +270,7 @@ TEST_CASE("every material name of an OBJ file gets an id of its own", "[foreign]
     CHECK(ids_of({"material_2", "Si", "SiO2"}) == std::vector<double>{2, 0, 1});
     CHECK(ids_of({"Si", "SiO2", "Si", "material_0"}) == std::vector<double>{1, 2, 1, 0});
     CHECK(ids_of({"material_1", "material_01", "Ti", "material_x"}) == std::vector<double>{1, 0, 2, 3});
-    // Faces before the first name have an id of their own, too.
+    // Faces before the first usemtl get a separate id.
     const TriangleMesh mesh =
         decode_obj("v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\nusemtl Si\nf 1 2 3\n", "part.obj");
     CHECK(mesh.triangle_attributes.at(0).values == std::vector<double>{0, 1});

@@ -8,7 +8,7 @@
 #include "surface/files/stl.hpp"
 #include "surface/files/vtp.hpp"
 
-// Mesh files as other programs spell them.
+// Mesh files in the spellings of other programs.
 using namespace sidewall;
 using namespace sidewall::surface;
 using Catch::Matchers::Contains;
@@ -17,7 +17,7 @@ namespace {
 
 const std::string kMark = "\xef\xbb\xbf";
 
-// A square of two facets at z = 0; \p end spells the ends of its parts.
+// A square of two facets at z = 0; \p end is the spelling of "end" in the closing keywords.
 std::string square_stl(const std::string& end = "end", const std::string& third = "1 1 0") {
     return "solid t\n facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   vertex 1 0 0\n   vertex " +
            third + "\n  " + end + "loop\n " + end +
@@ -101,7 +101,7 @@ TEST_CASE("lines of mesh files end with a line feed, a carriage return or both",
         CHECK_THROWS_WITH(decode_obj(ended("v 0 0 0\n\nv 1 0 x\n"), "t.obj"), Contains("t.obj:3: 'x"));
         CHECK_THROWS_WITH(decode_stl(ended("solid\nfacet\nvertex 0 0 x\n"), "t.stl"),
                           Contains("t.stl:3: 'x"));
-        // Binary values that begin with the byte of a line feed follow the header's last line.
+        // The header's last line is followed by binary values, whose first byte is that of a line feed.
         std::string binary = ended(
             "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\n"
             "property float y\nproperty float z\n" +
@@ -118,7 +118,7 @@ TEST_CASE("PLY triangle strips alternate, and minus one begins another", "[forei
     const std::string strips = "element tristrips 1\nproperty list int int vertex_indices\n";
     check_square(decode_ply(ply_of(kPlyVertices + strips, kPlySquare + "4 0 1 3 2\n"), "t.ply"));
     check_square(decode_ply(ply_of(kPlyVertices + strips, kPlySquare + "7 0 1 2 -1 0 2 3\n"), "t.ply"));
-    // Repeated corners turn the strip and make no triangle; an element of no faces before it is none.
+    // Repeated corners flip the strip but make no triangle; an empty face element before it is ignored.
     const std::string none = "element face 0\nproperty list uchar int vertex_indices\n";
     check_square(decode_ply(ply_of(kPlyVertices + none + strips, kPlySquare + "6 1 1 1 2 0 3\n"), "t.ply"));
     CHECK_THROWS_WITH(decode_ply(ply_of(kPlyVertices + strips, kPlySquare + "3 0 1 -2\n"), "t.ply"),
@@ -160,13 +160,13 @@ TEST_CASE("a number followed by anything is refused in every column of every for
         CHECK_THROWS_WITH(decode_stl(square_stl("end", "1 1 0 " + bad), "t.stl"),
                           Contains("instead of the line's end"));
     }
-    // The case that was read as z = -1.
+    // A decimal comma must not be read as z = -1.
     CHECK_THROWS_WITH(decode_stl(square_stl("end", "1 -1 -1,5"), "t.stl"),
                       Contains("'-1,5' instead of a number"));
 }
 
 TEST_CASE("polygons that are not convex cover themselves and nothing else", "[foreign]") {
-    // An L and a square that make one of 4 x 4; the L's first corner does not see all of it.
+    // An L and the square that completes it to 4 x 4; not every corner of the L sees all of it.
     const std::string corners = "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 2 4 0\nv 2 2 0\nv 0 2 0\nv 0 4 0\n";
     for (const char* first :
          {"1 2 3 4 5 6", "2 3 4 5 6 1", "3 4 5 6 1 2", "4 5 6 1 2 3", "5 6 1 2 3 4", "6 1 2 3 4 5"}) {
@@ -175,14 +175,14 @@ TEST_CASE("polygons that are not convex cover themselves and nothing else", "[fo
         CHECK(total_area(mesh) == Approx(16.0).epsilon(1e-14));
         for (std::size_t t = 0; t < mesh.triangles.size(); ++t) CHECK(area_vector(mesh, t).z() > 0.0);
     }
-    // An arrow's head of four corners: 4 x 2 / 2 - 4 x 1 / 2 = 2, whichever corner comes first, on a wall,
-    // too.
+    // An arrowhead of area 4 x 2 / 2 - 4 x 1 / 2 = 2, listed from each of its four corners, flat or on a
+    // wall.
     for (const char* face : {"f 1 2 3 4\n", "f 2 3 4 1\n", "f 3 4 1 2\n", "f 4 1 2 3\n"})
         for (const char* points :
              {"v 0 0 0\nv 2 1 0\nv 4 0 0\nv 2 2 0\n", "v 1 0 0\nv 1 2 1\nv 1 4 0\nv 1 2 2\n"})
             CHECK(total_area(decode_obj(std::string(points) + face, "t.obj")) == Approx(2.0).epsilon(1e-14));
-    // A comb of 20 teeth 0.5 wide on a bar 1 high, with a corner in the middle of every tooth's top: 20 x 0.5
-    // x 2 + 20.
+    // A comb: a bar of 20 x 1 with 20 teeth of 0.5 x 2, a corner in the middle of every tooth's top. Its area
+    // is 20 x 0.5 x 2 + 20.
     std::string comb;
     std::string face = "f";
     int count = 0;
@@ -203,7 +203,7 @@ TEST_CASE("polygons that are not convex cover themselves and nothing else", "[fo
     const TriangleMesh teeth = decode_obj(comb + face + "\n", "t.obj");
     CHECK(teeth.triangles.size() == static_cast<std::size_t>(count) - 2);
     CHECK(total_area(teeth) == Approx(40.0).epsilon(1e-12));
-    // PLY and VTP take the same way; the triangles keep their cell's values.
+    // PLY faces are triangulated by the same code; the triangles keep their face's values.
     const std::string faces =
         "element vertex 6\nproperty double x\nproperty double y\nproperty double z\nelement face 1\n"
         "property list uchar int vertex_indices\nproperty int material\n";
@@ -216,7 +216,7 @@ TEST_CASE("polygons that are not convex cover themselves and nothing else", "[fo
 TEST_CASE("a polygon that crosses itself is refused with its place", "[foreign]") {
     CHECK_THROWS_WITH(decode_obj("v 1 1 0\nv 5 1 0\nv 5 5 0\nv 3 -1 0\nv 1 5 0\nf 1 2 3 4 5\n", "t.obj"),
                       Contains("t.obj: the polygon of 5 corners at (1, 1, 0) crosses itself"));
-    // A figure of eight whose loops cancel each other out.
+    // A figure of eight whose loops have opposite signed areas.
     CHECK_THROWS_WITH(decode_obj("v 0 0 0\nv 2 2 0\nv 2 0 0\nv 0 2 0\nf 1 2 3 4\n", "t.obj"),
                       Contains("4 corners at (0, 0, 0) crosses itself"));
 }

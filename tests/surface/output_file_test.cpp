@@ -24,9 +24,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-int operations = 0, failing = 0;  // counted from 1; 0 for none
+int operations = 0, failing = 0;  // the first operation that fails, from 1; 0: none
 
-// The failing operation and, as on a full disk, all that follow.
+// Fails the chosen operation and, as on a full disk, all that follow but removals.
 int fail_from(const char* operation, const fs::path&) {
     ++operations;
     return failing > 0 && operations >= failing && std::string(operation) != "remove" ? ENOSPC : 0;
@@ -68,7 +68,7 @@ TEST_CASE("whichever operation fails, the file is the old one or the new one, an
         CHECK((now == fresh || (!whole && now == old)));
         CHECK(entries(folder.path) == 1);
     }
-    CHECK(first > 8);  // open, three writes, sync, verify, close, rename, the folder's sync
+    CHECK(first > 8);  // open, three writes, sync, verify, close, rename, sync of the folder
 }
 
 TEST_CASE("a line that does not fit leaves the file as it was") {
@@ -81,7 +81,7 @@ TEST_CASE("a line that does not fit leaves the file as it was") {
         CHECK_THROWS_AS(append_to_file(path, "three\n"), IoError);
         CHECK(read_whole_file(path) == "one\ntwo\n");
     }
-    for (int first = 1; first <= 4; ++first) {  // open, sync, close, the folder's sync
+    for (int first = 1; first <= 4; ++first) {  // open, sync, close, sync of the folder
         const Hook hook(first);
         CAPTURE(first);
         CHECK_THROWS_AS(sync_file(path), IoError);
@@ -133,8 +133,8 @@ TEST_CASE("text for a terminal holds characters only") {
     CHECK(printable("caf\xc3\xa9 \xe2\x82\xac \xf0\x9f\x98\x80\n\tend") ==
           "caf\xc3\xa9 \xe2\x82\xac \xf0\x9f\x98\x80\n\tend");
     CHECK(printable(std::string("\0\x1b[31m\x7f\r", 8)) == "\\x00\\x1b[31m\\x7f\\x0d");
-    CHECK(printable("\xff\xc3(\xe2\x82") == "\\xff\\xc3(\\xe2\\x82");  // no character, and two that are cut
-    CHECK(printable("\xc0\xaf\xed\xa0\x80\xc2\x9b") ==  // a longer form, half a pair, a control
+    CHECK(printable("\xff\xc3(\xe2\x82") == "\\xff\\xc3(\\xe2\\x82");  // an invalid byte, two cut characters
+    CHECK(printable("\xc0\xaf\xed\xa0\x80\xc2\x9b") ==  // an overlong form, a lone surrogate, a control
           "\\xc0\\xaf\\xed\\xa0\\x80\\xc2\\x9b");
 }
 
@@ -147,7 +147,7 @@ TEST_CASE("a signal that ends the program while it writes leaves the old file an
         const pid_t child = fork();
         REQUIRE(child >= 0);
         if (child == 0) {
-            std::signal(ending, SIG_DFL);  // not the test program's own
+            std::signal(ending, SIG_DFL);  // replaces the test program's own handler
             write_file(path, [&](std::ostream& out) {
                 out << block;
                 ::raise(ending);
@@ -162,7 +162,7 @@ TEST_CASE("a signal that ends the program while it writes leaves the old file an
         CHECK(read_whole_file(path) == "old");
         CHECK(std::distance(fs::directory_iterator(folder.path), fs::directory_iterator()) == 1);
     }
-    // A program that handles the signal itself goes on.
+    // Where the program ignores the signal, the file is written to its end.
     const auto before = std::signal(SIGTERM, SIG_IGN);
     write_file(path, [&](std::ostream& out) {
         ::raise(SIGTERM);

@@ -12,7 +12,7 @@ TEST_CASE("mean ratio is 1 for an equilateral triangle of any size, 0 without ar
     CHECK(mean_ratio(a, b, c) == Approx(1.0).epsilon(1e-14));
     CHECK(mean_ratio(a, b, 2 * b) == 0.0);
     CHECK(mean_ratio(a, a, a) == 0.0);
-    // Right isosceles: area 1/2, squares 1 + 1 + 2.
+    // Right isosceles triangle: area 1/2, squared edges 1 + 1 + 2.
     CHECK(mean_ratio({0, 0, 0}, {1, 0, 0}, {0, 1, 0}) == Approx(std::numbers::sqrt3 / 2).epsilon(1e-14));
 }
 

@@ -9,7 +9,7 @@ using namespace sidewall::surface;
 
 namespace {
 
-/// The box [-1, 1]^3, its normals out.
+/// The box [-1, 1]^3 with outward normals.
 TriangleMesh box() {
     TriangleMesh mesh;
     for (int corner = 0; corner < 8; ++corner)
@@ -24,7 +24,7 @@ TriangleMesh box() {
 TEST_CASE(
     "distances are negative inside and exact beside faces, edges and corners, wherever the search begins") {
     const SignedDistance distance(box());
-    // Any 61 points in [-2, 2]^3.
+    // 61 scattered points in [-2, 2]^3.
     for (int n = 0; n < 61; ++n) {
         const Vec3 p(4.0 * (n * 17 % 61) / 60 - 2.0, 4.0 * (n * 23 % 61) / 60 - 2.0, 4.0 * n / 60 - 2.0);
         const Vec3 beyond = p.cwiseAbs() - Vec3::Ones();
@@ -33,7 +33,7 @@ TEST_CASE(
         CAPTURE(p.transpose());
         CHECK(sample.distance == Approx(exact).margin(1e-14));
         CHECK(sample.rise.norm() == Approx(1.0));
-        // Along the gradient the distance grows as fast as the way.
+        // A step along the gradient changes the distance by the step's length.
         CHECK(distance.at(p + 1e-3 * sample.rise).distance == Approx(exact + 1e-3).margin(1e-12));
         for (const double radius : {0.0, 1e-3, std::abs(exact), 2.0})
             CHECK(distance.at(p, radius).distance == sample.distance);
@@ -44,7 +44,7 @@ TEST_CASE(
 }
 
 TEST_CASE("an open surface tells above from below up to the sides that it ends on") {
-    // A roof over [-1, 1]^2 whose ridge runs askew, so that it meets the sides at an angle.
+    // A roof over [-1, 1]^2 whose ridge meets the sides y = +-1 at an angle.
     TriangleMesh mesh;
     const auto height = [](double x, double y) { return -std::abs(x - 0.3 * y); };
     for (const double y : {-1.0, 1.0})

@@ -14,7 +14,7 @@
 namespace sidewall::test {
 
 /// A grid of nx x ny quadrilaterals, each split in two, mapped to space by \p place(u, v) with u, v in [0,
-/// 1]. Normals along du x dv. \p wrap_u, \p wrap_v join the ends.
+/// 1]. Normals point along du x dv. \p wrap_u and \p wrap_v join opposite ends.
 inline TriangleMesh grid_mesh(std::uint32_t nx, std::uint32_t ny,
                               const std::function<Vec3(double, double)>& place, bool wrap_u = false,
                               bool wrap_v = false) {
@@ -32,7 +32,7 @@ inline TriangleMesh grid_mesh(std::uint32_t nx, std::uint32_t ny,
     return mesh;
 }
 
-/// The meshes as one.
+/// All meshes in one.
 inline TriangleMesh joined(const std::vector<TriangleMesh>& meshes) {
     TriangleMesh all;
     for (const TriangleMesh& mesh : meshes) {
@@ -44,7 +44,7 @@ inline TriangleMesh joined(const std::vector<TriangleMesh>& meshes) {
     return all;
 }
 
-/// The mesh as formats without shared vertices list it.
+/// The mesh with three separate vertices for each triangle, as formats without shared vertices list it.
 inline TriangleMesh soup(const TriangleMesh& mesh) {
     TriangleMesh loose;
     for (const Triangle& t : mesh.triangles) {
@@ -101,7 +101,7 @@ inline TriangleMesh sphere_mesh(int levels, double radius) {
     return mesh;
 }
 
-/// Moves every vertex by up to \p size in each coordinate.
+/// Moves every vertex by a random amount up to \p size in each coordinate.
 inline void shake(TriangleMesh& mesh, double size, unsigned seed) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> shift(-size, size);

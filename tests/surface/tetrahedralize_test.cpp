@@ -51,13 +51,13 @@ TEST_CASE("a box of two materials below a plane is filled exactly") {
         const std::size_t top = test::check_tets(mesh, options.box, !outside);
         CHECK((top > 0) == !outside);
         const TetQuality quality = measure_tets(mesh);
-        // Distances to planes are exact; a cut is found to 1e-4 of an edge at worst, here by linear
-        // interpolation.
+        // The distance to a plane is linear, so that linear interpolation finds the cuts exactly. In general
+        // a cut is found to 1e-4 of an edge.
         CHECK(quality.volume[0] == Approx(0.3718).epsilon(1e-9));
         CHECK(quality.volume[1] == Approx(0.7293 - 0.3718).epsilon(1e-9));
         if (outside) CHECK(quality.volume[2] == Approx(1.0 - 0.7293).epsilon(1e-9));
         CHECK(quality.longest_edge < 1.0);
-        // Interfaces are shared: no face between regions 0 and 2.
+        // Regions meet at shared interfaces: no face lies between regions 0 and 2.
         for (const auto& [face, regions] : test::faces_of(mesh))
             if (regions.size() == 2) CHECK(std::abs(regions[0] - regions[1]) <= 1);
     }
@@ -65,8 +65,8 @@ TEST_CASE("a box of two materials below a plane is filled exactly") {
 
 TEST_CASE("planes that meet the sides of the box and each other at any angle keep the sides flat") {
     TetOptions options = unit_box(0.11);
-    // The lower one comes out of the upper one along a line: a body within the other is the greater of both
-    // distances.
+    // The lower plane crosses the upper one along a line. The inner body is the intersection of both
+    // half-spaces: its distance is the greater of the two.
     const Front low = plane({0.45, -0.2, 1.0}, 0.52), high = plane({-0.35, 0.15, 1.0}, 0.48);
     const Front inner = [low, high](const Vec3& p) {
         const DistanceSample a = low(p), b = high(p);
@@ -75,7 +75,7 @@ TEST_CASE("planes that meet the sides of the box and each other at any angle kee
     const std::vector<Front> fronts{inner, high};
     const TetMesh mesh = tetrahedralize(fronts, options);
     CHECK(test::check_tets(mesh, options.box, true) > 0);
-    // Both volumes by summing columns, to 1e-6.
+    // Both volumes, by summing 2000 x 2000 columns, to 1e-6.
     double lower = 0.0, both = 0.0;
     constexpr int kColumns = 2000;
     for (int i = 0; i < kColumns; ++i)
@@ -97,7 +97,7 @@ TEST_CASE("a sphere in a box is met to the square of the edges' length") {
     double before = 0.0;
     for (const double size : {0.16, 0.08}) {
         TetOptions options = unit_box(size);
-        options.tolerance = 1.0;  // edges as long as asked for
+        options.tolerance = 1.0;  // so large that it shortens no edges
         options.outside = true;
         const std::vector<Front> fronts{sphere({0.52, 0.47, 0.51}, 0.3)};
         const TetMesh mesh = tetrahedralize(fronts, options);
@@ -105,8 +105,8 @@ TEST_CASE("a sphere in a box is met to the square of the edges' length") {
         const TetQuality quality = measure_tets(mesh);
         CHECK(quality.volume[0] + quality.volume[1] == Approx(1.0).epsilon(1e-12));
         const double error = std::abs(quality.volume[0] - exact) / exact;
-        // Chords of length L lie L^2 / 8 R below a sphere of radius R, so the volume is off by L^2 / 4 R^2 of
-        // it in the mean of both directions, or less.
+        // Chords of length L lie L^2 / 8 R below a sphere of radius R. Averaged over both directions, the
+        // volume is off by at most L^2 / 4 R^2 of itself.
         CHECK(error < size * size / (4.0 * 0.09));
         if (before > 0.0) CHECK(error < 0.5 * before);
         before = error;
@@ -129,7 +129,7 @@ TEST_CASE("films thinner than the edges asked for are kept with their volume") {
 
 TEST_CASE("fronts are offset until volumes hold, by no more than they may be") {
     TetOptions options = unit_box(0.16);
-    options.tolerance = 1.0;  // coarse edges, whose chords cut off more than half a percent
+    options.tolerance = 1.0;  // shortens no edges: their chords cut off over half a percent
     const double inner = 0.25, outer = 0.4;
     const auto ball = [](double radius) { return 4.0 / 3.0 * std::numbers::pi * std::pow(radius, 3); };
     const Vec3 centre(0.5, 0.5, 0.5);
@@ -169,14 +169,14 @@ TEST_CASE("fronts are offset until volumes hold, by no more than they may be") {
         CHECK(worst(bounded, 2) > 0.001);
         for (std::size_t v = 0; v < plain.vertices.size(); ++v)
             REQUIRE((bounded.vertices[v] - plain.vertices[v]).norm() <= 1.000001 * options.shift);
-        options.scrap = 1.0;  // both
+        options.scrap = 1.0;  // above both volumes: four times the shift is allowed
         const TetMesh farther = tetrahedralize(fronts, options);
         CHECK(worst(farther, 2) <= 1e-4);
         for (std::size_t v = 0; v < plain.vertices.size(); ++v)
             REQUIRE((farther.vertices[v] - plain.vertices[v]).norm() <= 4.000001 * options.shift);
         options.scrap = 0.0;
     }
-    // Two regions of one material, which alone is asked for.
+    // Two regions of one material: only their total volume is prescribed.
     options.outside = false;
     options.material = {0, 0};
     options.volume = {ball(outer)};
@@ -188,7 +188,7 @@ TEST_CASE("fronts are offset until volumes hold, by no more than they may be") {
 TEST_CASE("tetrahedra come out the same each time, and too many are refused") {
     TetOptions options = unit_box(0.1);
     const std::vector<Front> fronts{sphere({0.5, 0.5, 0.2}, 0.4), plane({0.1, 0.0, 1.0}, 0.7)};
-    // Bodies must wrap each other: the outer one is their union.
+    // Bodies must be nested, so the outer one is the union.
     const std::vector<Front> nested{fronts[0], [&](const Vec3& p) {
                                         const DistanceSample a = fronts[0](p), b = fronts[1](p);
                                         return a.distance < b.distance ? a : b;

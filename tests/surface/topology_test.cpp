@@ -32,7 +32,7 @@ TEST_CASE("Euler's number is 2 on a sphere, 0 on a torus, 1 on a disk, and adds 
 }
 
 TEST_CASE("boundary loops visit every boundary vertex once with the surface to the left") {
-    // An annulus has two loops that run in opposite senses.
+    // An annulus has two boundary loops that run in opposite senses.
     const TriangleMesh ring = test::grid_mesh(
         16, 3,
         [](double u, double v) {

@@ -90,17 +90,17 @@ class Recipe:
     def __setitem__(self, key: str, value: Any) -> None: ...
 
 class Points(Protocol):
-    """What a law for the speed is given: every array has a row a point."""
+    """Argument of a law for the speed: points of the surface. Every array has one row a point."""
 
     step: str  # name of the recipe's step
     count: int
     fluxes: Dict[str, Floats]  # by name, relative to an open plane
-    coverages: Dict[str, Floats]
+    coverages: Dict[str, Floats]  # by name
     material: Ints  # id of the material under the point
     materials: Dict[str, int]  # ids by name
-    normals: Floats  # (n, 3), unit, out of the material
-    visible: NDArray[np.bool_]  # the source is in line of sight; only where the model asks for it
-    speeds: Floats  # that the model itself gives
+    normals: Floats  # (n, 3), unit length, pointing out of the material
+    visible: NDArray[np.bool_]  # whether the source is in line of sight; only for models that ask for it
+    speeds: Floats  # speeds by the recipe's model, in length per time
 
 class TimeStep:
     time: float

@@ -1,4 +1,4 @@
-"""python3 -m sidewall ...: the program itself, on the same command line."""
+"""Runs the program: python3 -m sidewall ... takes the same command line as sidewall."""
 
 import os
 import shutil
@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def program():
-    """The program of this package's own installation, else the first one in PATH."""
+    """Returns the path of the program installed with this package, else of the first one in PATH."""
     for folder in Path(__file__).resolve().parents:
         found = shutil.which("sidewall", path=folder / "bin")
         if found:

@@ -9,7 +9,7 @@ from ._sidewall import ReadRecipe
 
 
 def _toml(value):
-    """A value on one line of TOML."""
+    """Returns a value as TOML on one line."""
     if hasattr(value, "tolist"):  # a NumPy array or number
         value = value.tolist()
     if isinstance(value, bool):
@@ -26,21 +26,22 @@ def _toml(value):
 
 
 def _named(steps, name):
-    """All steps of that name, those in loops too."""
+    """Returns all steps of that name, also in loops."""
     return [found for step in steps for found in
             [step] * (step.get("name") == name) + _named(step.get("steps", []), name)]
 
 
 class Recipe:
-    """A recipe, read and checked as the program does.
+    """A recipe, read and checked as the program does it.
 
-    source: a path, a text in TOML (one of several lines), or a dict of the recipe's sections such as
-    {"domain": {...}, "layer": [{...}], "step": [{...}]}. settings: keys to change, by path.
+    source: a path, TOML text of several lines, or a dict of the recipe's sections such as
+    {"domain": {...}, "layer": [{...}], "step": [{...}]}. settings: dict of keys to change, such as {"flux.rays": 1e5}.
 
-    recipe["flux.rays"], recipe["step[0].duration"] and recipe["step.etch.duration"], of the step of that name, read any key in force, defaults included, and write it, with the
-    checks and messages of --set. str(recipe) is the effective recipe; notes is what its author should know.
+    recipe["flux.rays"], recipe["step[0].duration"] or recipe["step.etch.duration"] (the step named etch) returns the value
+    in use, defaults included; an assignment changes it, with the checks and messages of --set. str(recipe) is the effective
+    recipe; notes is a list of remarks on it.
 
-    Raises RecipeError with file, line and what to do; FileError for a file that cannot be read.
+    Raises RecipeError with file, line and remedy; FileError for a file that cannot be read.
     """
 
     def __init__(self, source, settings=None):

@@ -1,4 +1,4 @@
-"""Runs that a script follows time step by time step."""
+"""Runs of a recipe, time step by time step."""
 
 import copy
 import json
@@ -10,20 +10,20 @@ from .recipe import Recipe
 
 
 class Simulation:
-    """for step in Simulation(recipe): one TimeStep before every time step, and one at the end, whose dt is 0.
+    """A run to iterate over: `for step in Simulation(recipe)` gives a TimeStep before every time step and one with dt = 0 at the end.
 
-    recipe: a Recipe, or what one is made of. output: the folder for what `sidewall run` writes; None: a temporary one.
-    resume: go on from the folder's checkpoint. overwrite: replace whatever run stands in the folder's way.
-    law: a function that takes the place of the models' speeds. Once a time step, and for every surface that is saved,
-    it is given all points at once (see Points in the stubs) and returns an array of their speeds in the recipe's length
-    per time, positive grows, negative etches. What is traced and what grows stays the recipe's matter.
+    recipe: a Recipe, or a source of one. output: the folder that `sidewall run` would write; None: a temporary folder.
+    resume: continue from the checkpoint in the folder. overwrite: replace a run that is in the folder.
+    law: a function that replaces the speeds of the models. It is called once a time step and once for every surface
+    that is saved, with all points at once (see Points in the stubs), and returns an array of their speeds in the recipe's
+    length per time; positive grows, negative etches. The recipe still decides which species are traced and which film grows.
 
-    simulation.recipe is a copy of the recipe. Changed between two time steps, it holds from the current time step on:
-    simulation.recipe["step[0].rate"] = 2 in the loop's body changes the time step at hand. What may change: [flux] but its
-    method, [simplify], [advection], values of the step at hand, and all of later steps; else RecipeError.
+    simulation.recipe is a copy of the recipe. A change in the loop's body, such as simulation.recipe["step[0].rate"] = 2,
+    holds from the current time step on. [flux] except its method, [simplify], [advection], values of the current step
+    and everything of later steps may change; anything else raises RecipeError.
 
-    Ctrl-C stops it with a checkpoint, as does leaving a `with` block or close(). summary is what summary.json holds,
-    None before the end. Simulations do not share anything but the processor.
+    Ctrl-C stops the run with a checkpoint, as does leaving a `with` block or close(). summary is the content of summary.json,
+    None before the end. Two simulations in one process do not disturb each other.
     """
 
     def __init__(self, recipe, output=None, *, resume=False, overwrite=False, law=None):

@@ -7,7 +7,7 @@ using namespace sidewall::app;
 
 namespace {
 
-// limit + c h^p on grids of 0.4, 0.2, 0.1.
+// A figure of limit + c h^p at grid spacings h of 0.4, 0.2 and 0.1.
 std::vector<GridValue> figures(double limit, double c, double p) {
     std::vector<GridValue> grids;
     for (const double h : {0.4, 0.2, 0.1}) grids.push_back({h, limit + c * std::pow(h, p), 0.0});
@@ -25,18 +25,18 @@ TEST_CASE("the bar of the finest of three grids holds the limit of a figure of o
             CHECK(error.falling());
             CHECK(std::abs(grids.back().value - 2.0) <= error.bar);
         }
-    // At order 1 it is the error times the safety factor.
+    // At order 1 the bar is the error, 0.1, times the safety factor.
     CHECK(grid_error(figures(2.0, 1.0, 1.0), 0.0).bar == Approx(1.25 * 0.1));
 }
 
 TEST_CASE("values that agree by chance, go up and down or come closer by less and less keep an honest bar") {
-    // The last two agree, the one before was far off: at order 2 a quarter of that would be left.
+    // The last two values agree by chance. At order 2 a quarter of the first difference, 0.1, would be left.
     CHECK(grid_error({{0.4, 1.4, 0.0}, {0.2, 1.0, 0.0}, {0.1, 1.0, 0.0}}, 0.0).bar == Approx(1.25 * 0.1));
     CHECK(grid_error({{0.4, 1.0, 0.0}, {0.2, 1.2, 0.0}, {0.1, 1.1, 0.0}}, 0.0).bar == Approx(1.25 * 0.1));
     const GridError growing = grid_error({{0.4, 1.0, 0.0}, {0.2, 1.1, 0.0}, {0.1, 1.3, 0.0}}, 0.0);
     CHECK_FALSE(growing.falling());
     CHECK(growing.bar == Approx(3.0 * 0.2));
-    // Differences that noise alone explains say nothing against the grids.
+    // Differences within the noise do not count as divergence.
     CHECK(grid_error({{0.4, 1.0, 0.2}, {0.2, 1.1, 0.2}, {0.1, 1.3, 0.2}}, 0.0).falling());
     CHECK(grid_error({{0.4, 1.0, 0.0}, {0.2, 1.0, 0.0}, {0.1, 1.0, 0.0}}, 0.005).bar == 0.005);
 }

@@ -28,17 +28,17 @@ Columns numbers(const CsvTable& table) {
 TEST_CASE("a table's first row counts whatever marks, minus signs and delimiters it has", "[foreign]") {
     const Columns valley{{-2, -1, 1, 2}, {1, 0, 0, 1}};
     for (const char* text :
-         {"-2,1\n-1,0\n1,0\n2,1\n",                      // as it should be,
+         {"-2,1\n-1,0\n1,0\n2,1\n",                      // plain,
           "\xef\xbb\xbf-2,1\r\n-1,0\r\n1,0\r\n2,1\r\n",  // with a byte order mark,
           "\xe2\x88\x92"
           "2,1\n\xe2\x80\x93"
           "1,0\n1,0\n+2,1",                           // minus and dash of Unicode,
-          "sep=,\r\n-2,1\r\n-1,0\r\n1,0\r\n2,1\r\n",  // with Excel's own line,
+          "sep=,\r\n-2,1\r\n-1,0\r\n1,0\r\n2,1\r\n",  // with Excel's sep= line,
           "\xef\xbb\xbf\"SEP=;\"\n-2;1,0\n-1;0\n1;0\n2;1\n", "sep=\t\n-2\t1\n-1\t0\n1\t0\n2\t1\n",
           "-2;1\n-1;0\n1;0\n2;1\n", "-2\t1\n-1\t0\n1\t0\n2\t1\n",  // other delimiters,
           "  -2  1\n-1 0 \n1\t0\n\n# the end\n2 1\n",              // blanks,
           "\"-2\",\"1\"\n\"-1\",\"0\"\n1,0 # here\n\"2\",1",       // quotes,
-          "-2,1\r-1,0\r1,0\r2,1\r",                                // line ends of old,
+          "-2,1\r-1,0\r1,0\r2,1\r",                                // carriage returns,
           "\xc2\xa0-2; 1,0\n-1,0;0\n1;0\n2;1,0e0\n",               // decimal commas
           "-2.0e0\t1\n-.1e1\t0\n1\t0\n2\t1.\n"}) {
         INFO(text);

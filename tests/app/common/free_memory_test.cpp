@@ -25,7 +25,7 @@ TEST_CASE("free memory is the least of the machine's and of all control groups'"
     CHECK(app::free_memory(root).bytes == 4000.0 * 1024.0);
     CHECK(app::free_memory(root).limit.find("machine") != std::string::npos);
 
-    // Version 2: the group sets no limit, the one above it does; cached files count as free.
+    // Cgroup version 2: the group sets no limit, but its parent does; cached files count as free.
     put(root / "proc/self/cgroup", "0::/user/me\n");
     put(groups / "user/me/memory.max", "max\n");
     put(groups / "user/memory.max", "3000000\n");
@@ -34,7 +34,7 @@ TEST_CASE("free memory is the least of the machine's and of all control groups'"
     CHECK(app::free_memory(root).bytes == 1.5e6);
     CHECK(app::free_memory(root).limit.find("control group") != std::string::npos);
 
-    // Version 1, in a container: the path is one of the machine outside, the limit lies where it is mounted.
+    // Cgroup version 1 in a container: the path is that of the host, and the limit lies at the mount point.
     put(root / "proc/self/cgroup", "7:cpu:/\n4:memory:/docker/0123\n0::/\n");
     put(groups / "memory/memory.limit_in_bytes", "1000000\n");
     put(groups / "memory/memory.usage_in_bytes", "900000\n");

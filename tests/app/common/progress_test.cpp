@@ -30,7 +30,7 @@ TEST_CASE("where no terminal shows a bar, a line is due every minute and at ever
 TEST_CASE("a number is written with the digits it deserves") {
     CHECK(number_or_null(0.30000000000000004, 9).dump() == "0.3");
     CHECK(number_or_null(123.456789, 6).dump() == "123.457");
-    CHECK(number_or_null(1.0 / 3.0) == 1.0 / 3.0);  // all of them where none is named
+    CHECK(number_or_null(1.0 / 3.0) == 1.0 / 3.0);  // all digits by default
     CHECK(number_or_null(5e-324, 6).is_number());
     CHECK(number_or_null(-0.0, 6) == 0.0);
     CHECK(number_or_null(std::numeric_limits<double>::quiet_NaN(), 6).is_null());

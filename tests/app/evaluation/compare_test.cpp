@@ -35,7 +35,7 @@ TEST_CASE("a comparison ends with a sentence that says whether simplification pa
         "accuracy, not time.");
     const std::string faster = verdict(raw, variant("region", 5.0, 0.1, 3.0, 4000, 0.01, 0.9), nothing_saved);
     CHECK_THAT(faster, Catch::StartsWith("Simplification paid: ") && Catch::EndsWith("raw one 7.23 s."));
-    // The better of the two still is slower than raw: 6.6 over 5.98.
+    // The better of the two is still slower than the raw run: 6.6 s against 5.98 s.
     const std::string slower =
         verdict(raw, variant("region-bounded", 8.0, 1.6, 5.0, 55000, 0.02, 6.6), nothing_saved);
     CHECK_THAT(

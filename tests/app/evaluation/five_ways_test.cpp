@@ -43,7 +43,7 @@ TriangleMesh plane(std::uint32_t n) {
     return mesh;
 }
 
-// Two repeats of a way that is off by `bias` and scatters by `noise` of the true flux, which is 2 everywhere.
+// Two repeats of a method whose flux has the given bias and noise, relative to the true flux of 2.
 FluxRuns way_of(std::size_t vertices, double bias, double noise) {
     FluxRuns runs;
     for (const double sign : {1.0, -1.0})
@@ -86,13 +86,13 @@ TEST_CASE("the time to an error is that of the rays which noise beside a bias le
     CHECK(error.noise == Approx(0.08));
     CHECK(error.shift == Approx(0.012));
     CHECK(error.reference_error == Approx(0.0).margin(1e-12));
-    // 0.02^2 - 0.012^2 = 0.016^2: 25 times the rays.
+    // 0.02^2 - 0.012^2 = 0.016^2 is left for the noise of 0.08: 25 times the rays.
     CHECK(error.seconds == Approx(0.25 + 25.0 * 5.0));
     CHECK(error.rays == Approx(25'000.0));
-    // A way that takes so many rays at least takes the time of those.
+    // A method that cannot take fewer rays takes the time of those.
     runs.fewest_rays = 200.0;
     CHECK(depth_error(bin, runs, reference, 0.5).seconds == Approx(0.25 + 1.0));
-    // No rays get below a bias.
+    // More rays do not reduce a bias.
     CHECK(std::isinf(depth_error(bin, runs, reference, 0.012).seconds));
 }
 
@@ -113,9 +113,9 @@ TEST_CASE("the noise of a reference makes neither bias nor noise of what is comp
     DepthBin all{"all", std::vector<std::uint32_t>(n), std::vector<double>(n, 1.0)};
     std::iota(all.vertices.begin(), all.vertices.end(), 0);
     const DepthError error = depth_error(all, runs, reference, 0.02);
-    // 882 vertices: a squared bias is the mean of products of two deviations of 0.1 sqrt(2), good to 0.02 /
-    // sqrt(882); three sigma are 0.045^2, relative to a flux of 2. Variances are good to sqrt(2 / 882), their
-    // roots to half of it: 2.4 %.
+    // With 882 vertices the squared bias is a mean of products of two deviations of 0.1 sqrt(2), known to
+    // 0.02 / sqrt(882). Three standard deviations are 0.045^2, relative to a flux of 2. Variances are known
+    // to sqrt(2 / 882) and their roots to half of that, 2.4 %: three times this are 7.2 %.
     CHECK(error.bias < 0.0225);
     CHECK(error.noise == Approx(0.15).epsilon(0.072));
     CHECK(error.reference_error == Approx(0.05 / std::sqrt(2.0)).epsilon(0.072));
@@ -133,13 +133,13 @@ TEST_CASE(
     options.reference_rays = 1e5;
     const Json entry = five_ways(meshes, box, options)[0];
     const Json& depths = entry["ways"][0]["by_depth"];
-    REQUIRE(depths.size() == 1);  // all of it is floor
+    REQUIRE(depths.size() == 1);  // the whole surface is floor
     const double scatter = depths[0]["reference_error"];
     CHECK(scatter < 0.01);
-    const double of_mean = 3.0 * scatter / std::sqrt(169.0);  // three sigma, of the vertices together
+    const double of_mean = 3.0 * scatter / std::sqrt(169.0);  // three sigma of the mean of 169 vertices
     CHECK(std::abs(depths[0]["flux"].get<double>() - 1.0) < of_mean);
 
-    // The flux is 1: the error is what two traces are off by.
+    // The true flux is 1, so the error is the deviation of two traces from 1.
     const surface::RayScene scene(surface);
     const flux::Wedges wedges = flux::make_wedges(surface);
     flux::Species neutral;
@@ -165,7 +165,7 @@ TEST_CASE(
             CHECK(way["seconds"].get<double>() ==
                   Approx(fixed + of_rays * std::pow(at["noise"].get<double>() / target, 2.0)));
         }
-        // All arrive: the mean is 1 but for what the errors of 49 vertices or more leave of it, three sigma.
+        // Every particle arrives: the mean flux is 1 within three sigma of the mean of at least 49 vertices.
         CHECK(std::abs(at["shift"].get<double>()) < 3.0 * at["noise"].get<double>() / std::sqrt(49.0));
         if (way["way"].get<std::string>().starts_with("simplified")) CHECK(fixed >= 3.0);
     }

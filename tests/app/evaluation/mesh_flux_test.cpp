@@ -53,8 +53,8 @@ TEST_CASE("a flux error is split into bias and noise without mixing them up") {
     NoisyFlux plane(100);
     // One run's standard deviation is 0.2; both together have 0.2 / sqrt(2).
     const FluxError error = flux_error(plane.noisy(0.05, 0.2), plane.truth, 0.08);
-    // 10201 vertices: the product of two errors of 0.2 has a standard error of 0.04 / 101 = 4e-4 beside a
-    // squared bias of 2.5e-3, 8 % of the bias at one sigma; the variance is good to sqrt(2) / 101.
+    // 10201 vertices: the mean product of two errors of 0.2 has a standard error of 0.04 / 101 = 4e-4. A
+    // squared bias of 2.5e-3 is known to 8 % of the bias at one sigma, the variance to sqrt(2) / 101.
     CHECK(error.bias == Approx(0.05 / plane.scale()).epsilon(0.3));
     CHECK(error.noise == Approx(0.2 / std::sqrt(2.0) / plane.scale()).epsilon(0.05));
     // rays * noise^2 / (target^2 - bias^2), at 500 rays a second.

@@ -18,7 +18,7 @@ namespace {
 constexpr Eigen::Index kPoints = 120;
 constexpr double kSigma = 0.01;
 
-// Down one wall of a trench, 1 wide and 2 deep, along its floor and up the other wall.
+// Points down one wall of a trench 1 wide and 2 deep, along its floor and up the other wall.
 std::vector<Vector2d> trench() {
     std::vector<Vector2d> points;
     for (Eigen::Index i = 0; i < kPoints; ++i) {
@@ -30,7 +30,7 @@ std::vector<Vector2d> trench() {
     return points;
 }
 
-// A film: its thickness on the top, how that falls downwards, and what the floor has more.
+// Thickness of a film. Parameters: thickness on top, decay with depth, excess on the floor.
 VectorXd film(const std::vector<Vector2d>& points, const VectorXd& x) {
     VectorXd thickness(kPoints);
     for (Eigen::Index i = 0; i < kPoints; ++i) {
@@ -40,7 +40,7 @@ VectorXd film(const std::vector<Vector2d>& points, const VectorXd& x) {
     return thickness;
 }
 
-// Of variance 1; from one to the next along the list the correlation falls as exp(-distance / length).
+// Errors of variance 1. Between neighbours in the list the correlation is exp(-distance / length).
 VectorXd errors(const std::vector<Vector2d>& points, double length, std::mt19937& random) {
     std::normal_distribution<double> normal;
     VectorXd all(kPoints);
@@ -64,7 +64,7 @@ TEST_CASE(
     for (const double length : {0.0, 0.1, 0.3})
         for (const bool known : {true, false}) {
             std::array<int, 3> inside{};
-            Eigen::Array3d squares = Eigen::Array3d::Zero(), claimed = squares;  // of errors
+            Eigen::Array3d squares = Eigen::Array3d::Zero(), claimed = squares;  // true, estimated variances
             for (unsigned trial = 0; trial < kTrials; ++trial) {
                 std::mt19937 random(trial);
                 const VectorXd measured = film(points, truth) + kSigma * errors(points, length, random);
@@ -90,10 +90,10 @@ TEST_CASE(
             INFO("length " << length << ", known " << known << ": " << inside[0] << " " << inside[1] << " "
                            << inside[2] << " of " << kTrials << ", claimed over true "
                            << (claimed / squares).sqrt().transpose());
-            // Of 60 intervals of 95 %, less than 52 hold the truth three times in 1000; without the
-            // correlation, at the length 0.3, between 23 and 30 do.
+            // Fewer than 52 of 60 intervals of 95 % hold the truth with probability 0.003. If the correlation
+            // is neglected, 23 to 30 do at a length of 0.3.
             CHECK(*std::min_element(inside.begin(), inside.end()) >= 52);
-            // The root mean square of 60 errors scatters by 9 %, of which three times.
+            // The root mean square of 60 errors scatters by 9 %; three standard deviations are 27 %.
             if (known) CHECK(((claimed / squares).sqrt() - 1.0).abs().maxCoeff() < 0.27);
         }
 }
@@ -108,7 +108,7 @@ TEST_CASE("points without a profile, and too few of one, have independent errors
     const CorrelatedErrors none = correlated_errors({}, basis, {line});
     CHECK(none.widening(0, 0) == Approx(1.0));
     CHECK(none.count == Approx(10.0));
-    // Errors that are all one count once, and a mean of them is as wrong as one of them.
+    // Fully correlated errors count as one: their mean is as uncertain as each of them.
     const CorrelatedErrors one = correlated_errors({1e9, 1.0}, basis, {line});
     CHECK(one.widening(0, 0) == Approx(10.0));
     CHECK(one.count == Approx(1.0));

@@ -10,9 +10,9 @@ using Eigen::VectorXd;
 
 namespace {
 
-// Figures of a simulation that is off by the same relative errors at all points that share a seed.
+// Figures of a simulation whose relative errors are the same at all points that share a seed.
 struct Simulator {
-    double spread = 0.0;  // of the errors, of which the figures share the half
+    double spread = 0.0;  // standard deviation of an error; half of its variance is common to all figures
     Eigen::Index figures = 1;
 
     VectorXd exact(const BoxPoint& x) const {
@@ -33,11 +33,11 @@ struct Simulator {
 struct Trials95 {
     std::string name;
     Eigen::Index parameters = 1, figures = 1;
-    double noise = 0.0, error = 0.0;  // relative, of the simulation and of the targets
-    bool known = false;               // is the targets' error
+    double noise = 0.0, error = 0.0;  // relative errors of the simulation and of the targets
+    bool known = false;               // whether the targets' error is given
 };
 
-// How often the intervals of all parameters hold the truth, per parameter.
+// Share of the parameters' intervals that hold the truth.
 double share_held(const Trials95& c, int trials, bool repeats) {
     const VectorXd truth = VectorXd::LinSpaced(c.parameters, 0.35, 0.6);
     const Simulator simulator{c.noise, c.figures};
@@ -84,7 +84,7 @@ TEST_CASE(
     "measured",
     "[slow]") {
     constexpr int kTrials = 400;
-    // Parameters of one fit have correlated errors: counted as if they were one. Three standard deviations.
+    // Three standard deviations. The parameters of one fit have correlated errors and count as one.
     const double bar = 3.0 * std::sqrt(0.95 * 0.05 / kTrials);
     for (const Trials95& c : {Trials95{"as many targets as keys", 1, 1, 0.01},
                               {"two of each", 2, 2, 0.01},
@@ -99,7 +99,7 @@ TEST_CASE(
         CHECK(held > 0.95 - bar);
         CHECK(held < 0.999);
     }
-    // Without repeats the noise is hidden: what the test finds.
+    // Without repeated runs the noise stays hidden and the intervals are too narrow.
     CHECK(share_held({"hidden", 1, 1, 0.01}, 100, false) < 0.5);
 }
 
@@ -119,7 +119,7 @@ TEST_CASE(
                            .repeat =
                                [&](const BoxPoint&, std::size_t runs) {
                                    again = runs;
-                                   std::vector<Residuals> all(runs);  // one of them fails
+                                   std::vector<Residuals> all(runs);  // the first run fails
                                    for (std::size_t k = 1; k < runs; ++k)
                                        all[k] = VectorXd::Constant(1, 0.01 * static_cast<double>(k));
                                    return all;
@@ -143,7 +143,7 @@ TEST_CASE("a figure that goes by steps of the grid is noticed, and its interval 
                            }};
         return search_least_squares(asked, "gauss-newton").found;
     };
-    // Depth by whole steps of 0.05, of 0.62 asked for.
+    // A depth in whole steps of 0.05, with a target of 0.62.
     const LeastSquaresResult stepped = fitted(
         [](const BoxPoint& x) {
             return VectorXd{{std::floor(x[0] / 0.05) * 0.05 - 0.62, x[0] - 0.6}};
@@ -155,7 +155,7 @@ TEST_CASE("a figure that goes by steps of the grid is noticed, and its interval 
     CHECK(stepped.grid_steps[0] < 0.2);
     CHECK(stepped.grid_steps[1] == 0.0);
     CHECK(std::abs(stepped.best[0] - 0.62) < stepped.half_interval[0]);
-    // A figure of one key alone is the same where the other changes; a figure of none is always the same.
+    // Figures that depend on one key or on none stay equal between points, which shows no step of the grid.
     const LeastSquaresResult smooth = fitted(
         [](const BoxPoint& x) {
             return VectorXd{{x[0] * x[0] - 0.25, std::exp(x[1]) - 1.5, 0.1}};
@@ -189,8 +189,7 @@ TEST_CASE("figures that are equal by chance, within the noise of six digits, are
                                }};
         noticed += search_least_squares(asked, "gauss-newton").found.grid_steps.isZero(0.0) ? 0 : 1;
     }
-    // Two of some fifteen points meet within 2000 digits of noise in a few fits of a hundred, three in one of
-    // 10,000.
+    // The noise has 2000 rounding units: two of some 15 points meet in few fits of 100, three in 1 of 10,000.
     CHECK(noticed == 0);
 }
 

@@ -44,8 +44,7 @@ TEST_CASE("distances from a profile have one sign in the gas and the other in th
 
 TEST_CASE("the offset of a part of a profile is found, in the directions that are free") {
     std::vector<Vector2d> points;
-    for (int i = 0; i < 200;
-         ++i) {  // a wall, the floor and some of the top, one after another from everywhere
+    for (int i = 0; i < 200; ++i) {  // a wall, the floor and a part of the top, in turn and from all over
         const double t = std::fmod(0.618034 * i, 1.0);
         points.push_back(i % 3 == 0   ? Vector2d(-1, -4 * t)
                          : i % 3 == 1 ? Vector2d(-1 + 2.5 * t, -4)

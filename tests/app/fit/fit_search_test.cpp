@@ -40,7 +40,7 @@ double hump(double x, double at, double height, double width) {
     return height * std::exp(-0.5 * std::pow((x - at) / width, 2));
 }
 
-// A figure that is to be 1: a wide hump and one beside it fall short, a narrow one between them reaches it.
+// A figure with a target of 1: a wide hump and one beside it stay below, a narrow one between reaches it.
 Residuals three_humps(const BoxPoint& x) {
     const double figure =
         hump(x[0], 0.2, 0.8, 0.12) + hump(x[0], 0.88, 0.85, 0.08) + hump(x[0], 0.58, 1.0, 0.04);
@@ -58,7 +58,7 @@ TEST_CASE(
     for (const char* method : {"auto", "crs"}) {
         const FitSearch search = search_least_squares(asked, method);
         INFO(method << " " << search.found.best << " in " << search.found.runs);
-        CHECK(std::abs(search.found.residuals[0]) < 0.01);  // what counts as met
+        CHECK(std::abs(search.found.residuals[0]) < 0.01);  // the target counts as met
         CHECK(search.found.best[0] == Approx(0.58).margin(0.01));
         CHECK(search.found.converged);
         CHECK(search.found.runs <= 120);
@@ -79,7 +79,7 @@ TEST_CASE(
     CHECK(search.found.best[1] == Approx(0.3).margin(0.01));
     CHECK_FALSE(search.several_minima);
     CHECK(search.found.runs < 40);
-    // Met targets take not one run more than Gauss-Newton.
+    // Where the targets are met, auto takes no more runs than Gauss-Newton.
     const LeastSquares met = problem(
         [](const BoxPoint& x) {
             return Residuals(VectorXd{{x[0] - 0.6, x[1] - 0.3}});
@@ -132,7 +132,7 @@ TEST_CASE("every search gives the same answer again, keeps to its runs and lets 
                     return holes(x);
                 },
                 {0.2, 0.2}, runs);
-            // 7 first points, 12 of the random search and 14 at its end.
+            // The least is 33 runs: 7 first points, 12 of the random search and 14 at its end.
             if (std::string_view(method) == "crs" && runs < 33) {
                 CHECK_THROWS_WITH(search_least_squares(asked, method), Catch::Contains("at least 33 runs"));
                 CHECK(count == 0);
@@ -185,8 +185,8 @@ TEST_CASE("every search ends at the lowest of all its runs, whatever they were m
                 const double sum = search.found.residuals.squaredNorm(),
                              noise = std::pow(search.found.noise, 2);
                 INFO(method << ", seed " << seed << ", " << search.found.runs << " of " << runs << " runs");
-                // Three standard deviations of the difference of two sums of three residuals; and what a step
-                // gains that is left because it is a twentieth of an error long, with one degree of freedom.
+                // Three standard deviations of the difference of two sums of three squared residuals; and the
+                // gain of a step left out as it is a twentieth of an error long, with one degree of freedom.
                 CHECK(sum <= least + 3.0 * std::sqrt(8.0 * noise * sum + 12.0 * noise * noise) +
                                  0.0025 * std::max(noise, sum));
             }

@@ -18,7 +18,7 @@ namespace {
 
 using FiguresOf = std::function<VectorXd(const BoxPoint&)>;
 
-// Three curved figures of three parameters, like a film's thickness beside, on the wall and on the floor.
+// Four curved figures of three parameters, like a film's thickness at places on, in and under a trench.
 VectorXd film(const BoxPoint& x) {
     const double rate = std::exp(x[0]), sticking = std::exp(2.0 * (x[1] - 1.0)), exponent = 1.0 + 4.0 * x[2];
     VectorXd f(4);
@@ -41,7 +41,7 @@ LeastSquares problem(const FiguresOf& model, const VectorXd& start) {
             }};
 }
 
-// The same number from -1 to 1 for the same point, unlike that of any other.
+// A pseudo-random number from -1 to 1 that depends on the point alone.
 double scatter(const BoxPoint& x, double which) {
     const double mixed =
         std::sin(which * 12.9898 + 7.0e4 * x.dot(VectorXd::LinSpaced(x.size(), 1.0, 2.0))) * 43758.5453;
@@ -69,7 +69,8 @@ TEST_CASE(
                           << found.half_interval.transpose());
             CHECK(found.runs <= 40);
             if (noise == 0.0) CHECK(found.free_directions.empty());
-            // Noise of uniform +-0.5 % has 0.29 %; the exponent's slope is a tenth of its target's part.
+            // Uniform noise of +-0.5 % has a standard deviation of 0.29 %; the exponent enters its figure as
+            // a tenth of its logarithm, so that its error is larger.
             const double most = noise == 0.0 ? 0.002 : 0.05;
             CHECK((found.best - truth).lpNorm<Eigen::Infinity>() < most);
             if (noise == 0.0) CHECK(found.converged);
@@ -103,7 +104,7 @@ TEST_CASE("95 % intervals hold the truth in nearly all of 20 trials, with known 
                 inside += std::abs(found.best[i] - truth[i]) <= found.half_interval[i] ? 1 : 0;
             CHECK(found.half_interval.maxCoeff() < 0.2);
         }
-        // Of 40 intervals of 95 %, less than 34 hold the truth once in 200 times.
+        // Fewer than 34 of 40 intervals of 95 % hold the truth once in 200 times.
         CHECK(inside >= 34);
         CHECK(inside <= 40);
     }

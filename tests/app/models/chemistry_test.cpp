@@ -28,7 +28,7 @@ struct Chemistry {
                        std::span<const double> theta = {}) const {
         return {*material_id(recipe.materials, material), flux, Vec3::UnitZ(), true, theta};
     }
-    // Coverages that these fluxes lead to, then the speed.
+    // Lets the coverages settle under these fluxes and returns the speed.
     double settled(const char* material, const std::vector<double>& flux, std::vector<double>& theta,
                    double time = 0.0) const {
         model.coverages.react(point(material, flux, theta), time, theta);
@@ -73,7 +73,7 @@ TEST_CASE("adsorbates that compete for sites are in steady state, in every limit
             const double sites = 1.0 - theta[0] - theta[1] - theta[2];
             for (std::size_t k = 0; k < 3; ++k) {
                 const double balance = all[k].gain * sites - all[k].loss * theta[k];
-                // Free sites are what three fractions leave of 1.
+                // Rounding: the free sites are 1 less three coverages.
                 CHECK(std::abs(balance) <= 1e-14 * all[k].gain + 1e-12 * all[k].loss * theta[k]);
             }
         }
@@ -81,7 +81,7 @@ TEST_CASE("adsorbates that compete for sites are in steady state, in every limit
     CHECK(competing_coverages<3>({{{0, 0}, {0, 1}, {0, 0}}}) == Three{0, 0, 0});
     CHECK(competing_coverages<3>({{{6, 2}, {0, 0}, {0, 1}}}) == Three{0.75, 0, 0});
     CHECK(competing_coverages<3>({{{6, 2}, {1, 0}, {2, 1}}}) ==
-          Three{0, 1, 0});  // what never leaves takes all
+          Three{0, 1, 0});  // a species that never leaves takes all
     CHECK(competing_coverages<3>({{{3, 0}, {1, 0}, {2, 1}}}) == Three{0.75, 0.25, 0});
     CHECK(competing_coverages<3>({{{1e3, 1e-320}, {1, 1}, {0, 0}}}) == Three{1, 0, 0});
 }
@@ -149,7 +149,7 @@ TEST_CASE("cf4_o2: what selects silicon-germanium is the oxygen that fluorine ta
     CHECK(rate("SiGe", oxygen) ==
           Approx(1e-3 * 0.25 * k * (500.0 / k) / (1.1 + 500.0 / k + 50.0 / 500.04) / 4.8).epsilon(1e-9));
     CHECK(rate("SiGe", oxygen) / rate("Si", oxygen) > 400.0);
-    // Without oxygen the polymer never leaves and stops both; without both it is k_sigma that differs.
+    // Without oxygen the polymer never leaves and stops both; without either only k_sigma differs.
     CHECK(rate("Si", "oxygen_flux = 0\n") == 0.0);
     CHECK(rate("SiGe", "oxygen_flux = 0\n") == 0.0);
     const auto bare = [](const char* material) {
@@ -187,7 +187,7 @@ TEST_CASE("sf6_o2 on a flat wafer etches at the formula's rate, silicon and mask
         CHECK(etch.model.sticking(1, etch.point("Si", {}, theta)) ==
               Approx(0.7 * (1.0 - theta[0] - theta[1])));
         CHECK(etch.model.sticking(2, etch.point("Si", {}, theta)) == Approx(1.0 - theta[0] - theta[1]));
-        // The mask only sputters.
+        // The mask is only sputtered.
         const double mask = 0.0139 * (root - std::sqrt(20.0));
         CHECK(etch.settled("Mask", {1.0, mask, y_ie, y_p, 1.0, 1.0}, theta) ==
               Approx(-1e-3 * mask * 10.0 / 500.0).epsilon(1e-6));
@@ -356,7 +356,7 @@ TEST_CASE("epitaxy has rates of its own: slowest on <111>, and what is given cou
     };
     are(rates(""), {1.0, 0.75, 0.5, 0.75});
     are(rates("r100 = 2\n"), {2.0, 1.5, 1.0, 1.5});
-    are(rates("r100 = 2\nr111 = 0.8\n"), {2.0, 1.4, 0.8, 1.4});  // as in configs/fin_epitaxy.toml
+    are(rates("r100 = 2\nr111 = 0.8\n"), {2.0, 1.4, 0.8, 1.4});  // rates of configs/fin_epitaxy.toml
     are(rates("r111 = 0\nr110 = 0.3\nr311 = \"auto\"\n"), {1.0, 0.3, 0.0, 0.5});
     CHECK_THROWS_WITH(rates("r111 = -1\n"), Catch::Contains("step[0].r111 = -1: must be at least 0"));
     CHECK_THROWS_WITH(chemistry("model = \"wet\"\nduration = 1\nmaterial = \"Si\"\nr100 = 1\n"),
@@ -387,7 +387,7 @@ TEST_CASE("a crystal's four families of faces move at their rates, in any orient
                            face(std::cos(t + 1e-6), std::sin(t + 1e-6), 0.3)) < 1e-4);
         }
     }
-    // The bound holds for every normal, between the ones that it looks at.
+    // The bound holds for every normal, also between those at which it was evaluated.
     const CrystalAxes axes = crystal_axes({1, 1, 0}, {-1, 1, 0});
     const CrystalBound bound = crystal_bound(axes, rates);
     const auto hamiltonian = [&](const Vec3& p) { return p.norm() * crystal_rate(p, axes, rates); };

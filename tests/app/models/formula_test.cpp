@@ -9,7 +9,7 @@
 #include "app/recipe/step_model.hpp"
 #include "flux/yield.hpp"
 
-// Laws written in recipes: what they come to, and which are refused.
+// Expressions in recipes: their values, and which are refused.
 using namespace sidewall;
 using namespace sidewall::app;
 using Catch::Matchers::Contains;
@@ -73,19 +73,19 @@ rate = { Si = "-0.1*F*(1 - theta) - 0.02*ion*cos", SiO2 = "-twice*depth - x*y + 
     CHECK(etch.model.speed(etch.point("Si", flux, theta)) ==
           Approx(-0.1 * 0.5 * 0.8 - 0.02 * 0.8 * 0.75).epsilon(1e-14));
     CHECK(etch.model.speed(etch.point("Ge", flux, theta)) == -4.42);
-    CHECK(etch.model.speed(etch.point("Mask", flux, theta)) == 0.0);  // what a table leaves out
+    CHECK(etch.model.speed(etch.point("Mask", flux, theta)) == 0.0);  // a material that the table leaves out
     SurfacePoint point = etch.point("SiO2", flux, theta);
     point.position = Vec3(2.0, 3.0, -0.5);
     CHECK(etch.model.depends_on_position);
     CHECK(etch.model.speed(point) == Approx(-std::numbers::pi - 6.0 - 2.0).epsilon(1e-14));
     point.time = 1.5;
     CHECK(etch.model.speed(point) == Approx(-std::numbers::pi - 6.0 - 1.5).epsilon(1e-14));
-    CHECK(etch.model.min_time_steps == 100);  // a rate that changes with time is followed
+    CHECK(etch.model.min_time_steps == 100);  // a rate that depends on time is resolved
 
     std::vector<double> settled{0.0};
     etch.model.coverages.react(etch.point("Si", flux, settled), 0.0, settled);
     CHECK(settled[0] == Approx(0.15 / 1.15).epsilon(1e-14));
-    CHECK_FALSE(etch.model.sticking);  // numbers alone: the species' own
+    CHECK_FALSE(etch.model.sticking);  // a constant sticking stays with the species
     CHECK_FALSE(etch.model.deposit);
 
     const Formulated plain = formulated("rate = { default = -0.5, Mask = 0 }\n");
@@ -110,7 +110,7 @@ rate = { Si = "-1e-3*(10*ion_sputter + e*(300/4 + 10*ion_enhanced))/density" }
     const std::vector<double> flux{1.0, sputter, enhanced, 1.0, 1.0};
     std::vector<double> theta(2, 0.0);
     etch.model.coverages.react(etch.point("Si", flux, theta), 0.0, theta);
-    // The two name each other: the closed form of competing adsorbates.
+    // The two coverages depend on each other. Expected is the closed form of competing adsorbates.
     const auto exact =
         competing_coverages<2>({{{4500.0, 300.0 + 20.0 * enhanced}, {800.0, 0.04 + 30.0 * enhanced}}});
     CHECK(theta[0] == Approx(exact[0]).epsilon(1e-9));
@@ -118,7 +118,7 @@ rate = { Si = "-1e-3*(10*ion_sputter + e*(300/4 + 10*ion_enhanced))/density" }
     const SurfacePoint point = etch.point("Si", flux, theta);
     CHECK(etch.model.speed(point) ==
           Approx(-1e-3 * (10.0 * sputter + exact[0] * (75.0 + 10.0 * enhanced)) / 5.02).epsilon(1e-9));
-    CHECK(etch.model.sticking(0, point) == 0.0);  // ions: their reflection decides
+    CHECK(etch.model.sticking(0, point) == 0.0);  // ions have a law of reflection instead
     CHECK(etch.model.sticking(1, point) == Approx(0.7 * (1.0 - theta[0] - theta[1])).epsilon(1e-12));
     CHECK(etch.model.sticking(1, etch.point("Mask", flux, theta)) == 0.1);
 }
@@ -141,15 +141,14 @@ species = [{ name = "ion", kind = "ion", energy = 200.0, yields = [
             const double f = (1.0 + 9.3 * (1.0 - cosine * cosine)) * cosine;
             CHECK(yield(0, energy, cosine) == Approx(0.5 * root * f).epsilon(1e-11).margin(1e-13));
             CHECK(yield(0, energy, cosine, 1) == Approx(0.25 * root * f).epsilon(1e-11).margin(1e-13));
-            // Linear in the angle beyond a kink that is one of the table's angles.
+            // Beyond a kink, which is one of the table's angles, the law is linear in the angle.
             const double g = cosine >= 0.5 ? 1.0 : 3.0 - 6.0 * std::acos(cosine) / std::numbers::pi;
-            // E is a parabola of sqrt(E): between nodes of spacing h it is too large by h^2/4 at most.
+            // E is quadratic in sqrt(E): linear between nodes of spacing h it is too large by h^2/4 at most.
             const double h = (std::sqrt(360.0) - std::sqrt(50.0)) / 1024.0;
             CHECK(yield(1, energy, cosine) ==
                   Approx(energy < 50.0 ? 0.0 : g * energy / 10.0).margin(h * h / 40.0 + 1e-12));
             CHECK(yield(2, energy, cosine) == Approx(6.0).epsilon(1e-14));
-            if (cosine < 0.3)
-                continue;  // a smooth law: h^2/8 times its second derivative, below 400 of itself here
+            if (cosine < 0.3) continue;  // below, a smooth law: off by h^2/8 times y'', under 400 y
             const double y = std::exp(-2.0 * (1.0 / cosine - 1.0)) / std::sqrt(cosine);
             const double step = std::numbers::pi / 2.0 / 3072.0, from_zero = std::sqrt(360.0) / 1024.0;
             const double off = energy * 400.0 * step * step / 8.0 + from_zero * from_zero / 4.0;
@@ -157,11 +156,11 @@ species = [{ name = "ion", kind = "ion", energy = 200.0, yields = [
         }
     CHECK(ion.yields[0].threshold == Approx(20.0).epsilon(1e-12));
     CHECK(ion.yields[1].threshold == Approx(50.0).epsilon(1e-12));
-    CHECK(ion.stop_energy == 0.0);  // the third has no threshold
+    CHECK(ion.stop_energy == 0.0);  // the third yield has no threshold
 }
 
 TEST_CASE("coverages that name each other settle, and those with a rate follow time exactly") {
-    // Two adsorbates at high coverage, where plain iteration would take thousands of turns.
+    // Two adsorbates at high coverage, where fixed-point iteration would take thousands of iterations.
     std::vector<double> theta{0.0, 0.0};
     CHECK(solve_coverages(
         [](std::span<const double> at, std::span<double> result) {
@@ -176,7 +175,7 @@ TEST_CASE("coverages that name each other settle, and those with a rate follow t
     CHECK_FALSE(solve_coverages(
         [](std::span<const double> at, std::span<double> result) { result[0] = at[0] + 1.0; }, none));
 
-    // d theta/dt = 2 (1 - theta) - 3 theta, over times short and long; and theta^2, which is not linear.
+    // d theta/dt = 2 (1 - theta) - 3 theta, over short and long times; and theta^2, which is not linear.
     for (const double time : {1e-3, 0.1, 1e4}) {
         std::vector<double> one{0.9};
         CHECK(integrate_coverages(
@@ -185,7 +184,7 @@ TEST_CASE("coverages that name each other settle, and those with a rate follow t
             },
             time, one));
         CHECK(one[0] == Approx(pulsed_coverage(0.9, 2.0, 3.0, 1.0, time)).epsilon(1e-8));
-        std::vector<double> pair{1.0, 0.0};  // what leaves the first comes to the second
+        std::vector<double> pair{1.0, 0.0};  // the second gains what the first loses
         CHECK(integrate_coverages(
             [](std::span<const double> at, std::span<double> result) {
                 result[0] = -at[0] * at[0];
@@ -207,10 +206,10 @@ TEST_CASE("a blank before a function's bracket changes nothing") {
     for (const char* text : {"2*exp (-x) + max(x, y)*(x)", "2*exp  (-x) + max\t(x, y)*(x)",
                              "2 * exp ( -x ) + max ( x, y ) * (x)"})
         CHECK(Expression(text, {"x", "y"}, {})(at) == close(at));
-    // Places are counted in the text as written.
+    // Positions count characters of the text as written.
     CHECK_THROWS_WITH(Expression("exp (1) + zz", {"x"}, {}),
                       Contains("character 11, \"zz\": unknown name zz"));
-    // A number in front of a bracket is no function.
+    // A variable in front of a bracket is no function.
     CHECK_THROWS_WITH(Expression("x (1)", {"x"}, {}), Contains("character 3, \"(1)\""));
     CHECK(names_variable("exp + 1", "exp"));
     CHECK_FALSE(names_variable("exp (1)", "exp"));
@@ -256,7 +255,7 @@ TEST_CASE("what cannot be evaluated is refused where it stands, with the nearest
     refuses(rate(std::string(30'000, '(')), {"too long"});
     refuses(rate("-E"), {"unknown name E"});
     refuses("rate = \"-1\"\nspecies = [{ name = \"F\", sticking = \"0.1*F\" }]\n",
-            {"species[0].sticking", "unknown name F"});  // fluxes follow from the sticking
+            {"species[0].sticking", "unknown name F"});  // fluxes follow from the sticking, not the reverse
     refuses("rate = -1\nspecies = [{ name = \"F\", sticking = { Si = 1.2 } }]\n",
             {"species[0].sticking.Si", "must be in [0, 1]"});
     refuses("rate = -1\nspecies = [{ name = \"F\", sticking = \"-0.5 + 0\" }]\n",
@@ -315,7 +314,7 @@ TEST_CASE("what cannot be evaluated is refused where it stands, with the nearest
     refuses(kIon + "angular = \"-cos\" }] }]\n", {"angular", "nowhere above 0"});
     refuses(kIon + "energy = \"E - 1000\" }] }]\n", {"energy", "not above 0 up to 180 eV"});
     refuses(kIon + "energy = \"ln(E - 30)\" }] }]\n",
-            {"accepted"});  // not a number counts as none below the first
+            {"accepted"});  // NaN below the first valid energy counts as no yield
     refuses(kIon + "scale = -1 }] }]\n", {"scale", "at least 0"});
     refuses(kIon + "scale = 1, form = 2 }] }]\n", {"yields[0].form", "unknown key"});
 }
@@ -347,7 +346,7 @@ TEST_CASE(
             "species = [{ name = \"F\" }]\nrate = { Si = \"-(1 - theta)^0.5\" }\ncoverage_rates = { theta = '" +
             text + "' }\n");
     };
-    // Full after t = 2, whose square root is not a number right beyond.
+    // The coverage is full at t = 2; beyond 1 the square root is not a number.
     const Formulated ends = law("F*(1 - theta)^0.5");
     std::vector<double> theta{0.0};
     ends.model.coverages.react(ends.point("Si", flux, theta), 1.0, theta);
@@ -355,7 +354,7 @@ TEST_CASE(
     CHECK_THROWS_WITH(ends.model.coverages.react(ends.point("Si", flux, theta), 2.0, theta),
                       Contains("coverage_rates.theta = \"F*(1 - theta)^0.5\"") && Contains(" on Si") &&
                           Contains("F = 1") && Contains("max(0, 1 - theta)"));
-    // Beyond it already, by rounding, as a rate of etching may find it.
+    // A coverage above 1 by rounding, as an etch rate may receive it.
     const std::vector<double> beyond{1.0 + 1e-12};
     CHECK_THROWS_WITH(ends.model.speed(ends.point("Si", flux, beyond)),
                       Contains("rate.Si = \"-(1 - theta)^0.5\" is not a number on Si, where theta = 1") &&
@@ -365,7 +364,7 @@ TEST_CASE(
                       Contains("coverage_rates.theta") && Contains("not a number"));
     CHECK_THROWS_WITH(ends.model.coverages.rate(0, ends.point("Si", flux, beyond)),
                       Contains("coverage_rates.theta") && Contains("not a number"));
-    // As the message says.
+    // The remedy that the message names.
     const Formulated kept = law("F*max(0, 1 - theta)^0.5");
     theta = beyond;
     kept.model.coverages.react(kept.point("Si", flux, theta), 1.0, theta);

@@ -3,7 +3,7 @@
 #include "app/recipe/notes.hpp"
 #include "app/recipe/step_model.hpp"
 
-// What an ion beam takes away and what redeposits.
+// Sputtering by an ion beam, and redeposition.
 using namespace sidewall;
 using namespace sidewall::app;
 using Catch::Matchers::Contains;
@@ -37,7 +37,7 @@ TEST_CASE("ion_beam: atoms that leave and atoms that land make the speed, by the
         const std::vector<double> flux{1.0, yields, landing};
         return model.speed({*material_id(recipe.materials, material), flux});
     };
-    // Yields that etch a flat wafer at its rate, and what they give off.
+    // The yield at which a flat wafer etches at its rate, and the flux of redeposited atoms that it makes.
     const double flat = 0.02 / -speed("Si", 1.0, 0.0);
     const auto redeposition_scale = [&](const char* material) {
         return flat * ion.redeposition->yield.scale.at(
@@ -46,16 +46,15 @@ TEST_CASE("ion_beam: atoms that leave and atoms that land make the speed, by the
     for (const auto& [material, rate, density] :
          {std::tuple("Si", 0.02, 5.02), {"SiO2", 0.01, 2.2}, {"PolySi", 0.03, 5.0}}) {
         CHECK(speed(material, flat, 0.0) == Approx(-rate));
-        // All of it back where it came from: what a fraction of 0.8 leaves to be lost.
+        // All redeposited atoms land where they came from: at a fraction of 0.8 a fifth of the rate is left.
         CHECK(speed(material, flat, redeposition_scale(material)) == Approx(-0.2 * rate));
-        // Elsewhere it makes a film of as many atoms.
+        // Where nothing is sputtered they grow a film of as many atoms.
         CHECK(speed(material, 0.0, redeposition_scale(material)) == Approx(0.8 * rate * density / 5.0));
     }
-    CHECK_NOTHROW(
-        with_mask("Mask", kBeam + "rate = 0.02\n"));  // the run that those with a fraction are compared with
+    CHECK_NOTHROW(with_mask("Mask", kBeam + "rate = 0.02\n"));  // no redeposition, for comparison
     CHECK_THROWS_WITH(with_mask("Mask", kPlain + "rate = 0.02\nredeposition_fraction = 1\n"),
                       Contains("step[0].deposit: missing: what redeposits is a film"));
-    // A film that the recipe gives no rate would shield the wafer for good.
+    // A redeposited film to which the recipe gives no rate would shield the wafer for good.
     const std::string half = "redeposition_fraction = 0.5\n";
     CHECK_THROWS_WITH(with_mask("Mask", kBeam + half + "rate = { Si = 0.02 }\n"),
                       Contains("mask.toml:17: step[0].rate") && Contains("add PolySi = 0.02008"));
@@ -98,6 +97,6 @@ TEST_CASE("a note tells where a redeposition rate makes matter") {
     CHECK_THAT(many[0], Contains("step[0].redeposition_rate creates matter: where the beam hits Si, 5."));
     CHECK_THAT(many[1], Contains("hits PolySi, 5."));
     CHECK_THAT(many[2], Contains("hits Mask, atoms redeposit and none are sputtered"));
-    CHECK(notes(rate + "redeposition_rate = 0.003\n").size() == 1);  // the mask gives off without losing
+    CHECK(notes(rate + "redeposition_rate = 0.003\n").size() == 1);  // the mask emits atoms and loses none
     CHECK(notes(rate + "redeposition_fraction = 1.0\n").empty());
 }

@@ -52,7 +52,7 @@ TEST_CASE("isotropic: V is the material's rate, whatever the normal") {
     const Case etch = step("model = \"isotropic\"\nrate = { Si = -0.5, SiO2 = -0.02 }\n");
     CHECK(etch.speed("Si") == -0.5);
     CHECK(etch.speed("SiO2", {}, Vec3::UnitX()) == -0.02);
-    CHECK(etch.speed("Mask") == 0.0);  // what a table leaves out is inert
+    CHECK(etch.speed("Mask") == 0.0);  // a material that the table leaves out is inert
     CHECK(etch.model.species.empty());
     CHECK_FALSE(etch.model.deposit.has_value());
     CHECK(etch.model.hints.max_speed == 0.5);
@@ -127,7 +127,7 @@ TEST_CASE(
     CHECK(ion.beam.z() == Approx(-std::sqrt(0.75)));
     CHECK(ion.stop_energy == 25.0);
     CHECK(flux_names(etch.model.species) == std::vector<std::string>{"ion", "ion_yield", "n"});
-    // The yield decides, not the arrivals; the neutral is the third flux.
+    // The speed follows the ions' yield, not their arrivals; the neutral is the third flux.
     const std::vector<double> flux{7.0, 0.5, 0.25};
     CHECK(etch.model.speed({0, flux}) == Approx(-2.0 * 0.5 - 0.25));
     CHECK(flux::mean_yield(ion, ion.yields[0]) == Approx(1.0));
@@ -163,7 +163,7 @@ TEST_CASE("multi_particle: V is the sum of every species' rate times its flux") 
     CHECK(both.model.species[1].sticking[0] == 1.0);
     CHECK(both.model.species[2].source_exponent == 5.0);
 
-    // One neutral is the single particle.
+    // With one neutral multi_particle is single_particle.
     const Case one =
         step("model = \"multi_particle\"\nspecies = [{ name = \"n\", rate = -1.5, sticking = 0.1 }]\n");
     const Case same = step("model = \"single_particle\"\nrate = -1.5\nsticking = 0.1\n");
@@ -187,7 +187,7 @@ TEST_CASE("a gas has a mean free path, given or by kinetic theory, in the recipe
     CHECK(path("pressure = 10\n") == Approx(path("pressure = 20\ntemperature = 600\n")));
     CHECK(path("pressure = 10\nmolecule_diameter = 0.74\n") == Approx(0.25 * path("pressure = 10\n")));
 
-    // Every model of neutrals has it.
+    // Every model with neutrals has a mean free path.
     CHECK(step("model = \"ald\"\ngrowth_per_cycle = 0.1\npulse = 1\npurge = 1\nprecursor_flux = 1\ndeposit = "
                "\"SiO2\"\nmean_free_path = 3\n")
               .model.species[0]

@@ -24,8 +24,8 @@ std::vector<Key> chlorine_keys(Chlorine& p) {
             {"desorption", &p.desorption, "1/time", "of a site", kPositive}};
 }
 
-// Chlorine covers free sites, spontaneous desorption empties them: theta = k_a phi / (k_a phi + k_d), V =
-// -rate theta.
+// Chlorine covers free sites and spontaneous desorption empties them: V = -rate theta, with theta = k_a phi /
+// (k_a phi + k_d).
 Model make_chlorine(const Chlorine& p, const Materials& materials) {
     const std::vector<double> rate = by_material_id(p.rate, materials);
 
@@ -67,7 +67,7 @@ TEST_CASE("a model in one file: keys, species, coverages and speed are all there
     *target_of<ByMaterial>(entry.keys(parameters), "rate") = ByMaterial{0.0, {{"Si", 2.0}}};
     const Model model = entry.make(parameters, recipe.materials, {});
 
-    // An open wafer: flux 1, so theta = 1 / (1 + 0.25), whatever it sticks with.
+    // An open wafer: flux 1, so theta = 1 / (1 + 0.25) at any sticking.
     const levelset::MaterialStack stack = levelset::make_stack(domain_of(recipe), {{0, levelset::Shape{}}});
     Timing timing;
     const TracedSurface surface = trace_surface(recipe, model, stack, {}, {.settle = true}, timing);
@@ -86,7 +86,7 @@ TEST_CASE("a model in one file: keys, species, coverages and speed are all there
     const levelset::Motion motion = surface_motion(model, stack, surface, timing);
     CHECK(levelset::max_speed(stack, motion) == Approx(1.6).epsilon(0.05));
 
-    // Coverages carried from an equal surface have settled at once.
+    // Coverages carried over from an equal surface are settled after one trace.
     const SurfaceField field =
         surface_field(surface.traced(), arriving.wedges, model.coverages.names, arriving.coverage);
     const TracedSurface again = trace_surface(recipe, model, stack, field, {.settle = true}, timing);

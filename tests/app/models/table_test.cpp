@@ -12,7 +12,7 @@
 #include "flux/yield.hpp"
 #include "tests/folder.hpp"
 
-// Numbers that recipes read from files: functions on grids, and sources of ions.
+// Files with numbers for recipes: functions on grids, and sources of ions.
 using namespace sidewall;
 using namespace sidewall::app;
 using namespace sidewall::test;
@@ -71,7 +71,7 @@ TEST_CASE("a table is linear between the points of its grid and constant beyond,
     CHECK(line(-1) == 3.0);
     CHECK(line(99) == 1.0);
     CHECK(read_table(write(folder, "one.csv", "a,v\n10,7\n"))(3) == 7.0);
-    // The first row counts without headings, too, and units become the recipe's.
+    // Without headings the first row is data, too. Units become the recipe's.
     CHECK(read_table(write(folder, "bare.csv", "-1,0.9\n0,0.1\n1,0.1\n"))(-1) == 0.9);
     CHECK(read_table(write(folder, "nm.csv", "x [nm];v\n0;1,5\n500;2,5\n"))(0.25) == 2.0);
     CHECK(read_table(write(folder, "slash.csv", "x / nm;v / (nm/s)\n0;1500\n500;2500\n"))(0.25) == 2.0);
@@ -107,7 +107,7 @@ species = [{ name = "ion", kind = "ion", source_file = "source.csv", yields = [{
 rate = "-0.1*ion_y"
 )TOML";
     const Model model = model_of(folder, keys);
-    REQUIRE(model.species[0].bins.size() == 2);  // one has no weight
+    REQUIRE(model.species[0].bins.size() == 2);  // the third bin has no weight
     CHECK(model.species[0].energy.mean == Approx(0.75 * 100.0 + 0.25 * 20.0));
     // The mean of cos^2 over an angle from 0 to a is 1/2 + sin(2a)/(4a).
     const auto cosine = [](double degrees) {
@@ -122,13 +122,13 @@ rate = "-0.1*ion_y"
     const TriangleMesh surface = run_recipe(parsed(folder, keys), options).surface;
     double depth = 0.0;
     for (const Vec3& p : surface.vertices) depth -= p.z() / static_cast<double>(surface.vertices.size());
-    // A hit's yield scatters by 0.45 of its mean; each of the step's time steps has 1e5 of them.
+    // A hit's yield scatters by 0.45 of its mean, and each time step has 1e5 hits. Five standard errors.
     CHECK(depth == Approx(0.1 * exact).epsilon(5.0 * 0.45 / std::sqrt(1e5)));
 }
 
 TEST_CASE("neutrals come from the angles that a table says, exactly") {
     const Folder folder;
-    // Intensity per solid angle, linear between its rows: of a target with most at 40 degrees.
+    // Intensity per solid angle, linear between its rows: a sputter target's, with its maximum at 40 degrees.
     write(folder, "curve.csv", "angle,intensity\n0,0.6\n40,1\n70,0.4\n90,0\n");
     const auto intensity = [](double degree) {
         return degree < 40.0   ? 0.6 + 0.4 * degree / 40.0
@@ -169,13 +169,13 @@ TEST_CASE("neutrals come from the angles that a table says, exactly") {
     }
     CHECK(chi < 44.0 + 4.0 * std::sqrt(2.0 * 44.0));
 
-    // A histogram: as many as it says, evenly over each bin's angle; angles below the first are the first's.
+    // A histogram: its weights, uniform over each bin's angle; angles below the first count as the first's.
     write(folder, "bins.csv", "angle_to,weight,angle_from\n20,3,10\n60,1,40\n5,0,0\n");
     const auto bins = read_source_angles(folder.path / "bins.csv");
     REQUIRE(bins.size() == 2);
     CHECK(bins[0].until == 0.75);
     CHECK(bins[1].angle_from == Approx(40.0 * std::numbers::pi / 180.0));
-    // A flat wafer etches at its rate whatever the source.
+    // A flat wafer etches at its rate, whatever the angles of the source.
     RunOptions options;
     options.output = folder.path / "out";
     options.quiet = true;

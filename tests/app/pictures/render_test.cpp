@@ -86,8 +86,7 @@ Result flat_layers(const std::vector<double>& tops) {
 }  // namespace
 
 TEST_CASE("a film much thinner than a pixel has its share of the pixels, and only its own colour") {
-    // Silicon, then a film of SiO2 of a tenth of a pixel, then nitride. The first material stands in for
-    // black.
+    // Silicon, then a film of SiO2 of a tenth of a pixel, then nitride: three colours that span all mixtures.
     const double pixel = 0.2, film = 0.1 * pixel;
     const Result result = flat_layers({0.0, film, 0.6});
     const RenderScene scene(result, {});
@@ -98,7 +97,7 @@ TEST_CASE("a film much thinner than a pixel has its share of the pixels, and onl
                  nitride = colour_from_hex(default_materials()[2].colour);
     Eigen::Matrix3d basis;
     basis << silicon, oxide, nitride;
-    // However the pixels lie, they add up to the film's thickness.
+    // Wherever the pixels lie, the film's shares of them add up to its thickness.
     for (const double offset : {0.0, 0.03, 0.11, 0.17}) {
         Vec3 sum = Vec3::Zero();
         for (int row = -3; row < 5; ++row) {
@@ -115,7 +114,7 @@ TEST_CASE("a film much thinner than a pixel has its share of the pixels, and onl
 
 TEST_CASE("where two interfaces coincide the layer between them is not painted") {
     Result result = flat_layers({0.0, 0.0, 0.5});
-    // Rounding, and no more than that, lies between them.
+    // The two interfaces differ by ripples of 1e-3 only.
     for (Vec3& p : result.interfaces[1].vertices) p.z() += 1e-3 * std::sin(40.0 * p.x() * p.y());
     const RenderScene scene(result, {});
     const Colour silicon = colour_from_hex(default_materials()[0].colour),
@@ -147,7 +146,7 @@ TEST_CASE("a colour bar or legend never covers the geometry") {
         options.width = width;
         options.height = height;
         Picture picture = render(result, options);
-        // From the left: background, the geometry, background again, and only then the first drop of ink.
+        // From the left: background, the geometry, background again, and only then the legend.
         const auto blank = [&](int x) {
             for (int y = 0; y < height; ++y)
                 if (picture.at(x, y) != picture.at(0, y)) return false;
@@ -164,7 +163,7 @@ TEST_CASE("a colour bar or legend never covers the geometry") {
         CHECK(end > begin);
         CHECK(key >= end);
         CHECK(key < width);
-        // The key ends before the picture does.
+        // The legend ends before the picture does.
         CHECK(blank(width - 1));
     }
 }
@@ -203,10 +202,9 @@ TEST_CASE("a cut shows the material inside, seen from either side", "[slow]") {
             // Half silicon, half oxide has a red to blue ratio of 1.7.
             ++(c.y() > 0.6 ? open : redness(c) > 1.7 ? oxide : silicon);
         }
-    // Sections: Si 2 x 1.24 less 1 x 1; SiO2 0.2 over 2 x 0.7 plus the liner 2 x 0.2 x 1 plus the floor 0.6 x
-    // 0.2.
-    // A pixel of outline, of 255 a unit of length, along 5 units of edge: 2.5 % of the oxide, 1.3 % of the
-    // silicon.
+    // Areas of the section: Si 2 x 1.24 less 1 x 1; SiO2 0.2 over 2 x 0.7 plus the liner 2 x 0.2 x 1 plus the
+    // floor 0.6 x 0.2. Tolerance: an outline one pixel wide, of 255 pixels a unit of length, along 5 units of
+    // edge takes 2.5 % of the oxide and 1.3 % of the silicon.
     const double si = 2 * 1.24 - 1.0, sio2 = 0.2 * 1.4 + 0.4 + 0.12;
     CHECK(double(oxide) / silicon == Approx(sio2 / si).epsilon(0.04));
     CHECK(open > 0);
@@ -284,7 +282,7 @@ TEST_CASE("sheets, specks and flat meshes are drawn without NaN") {
 }
 
 TEST_CASE("a strip is one cell wide, also where contact lines put vertices within it") {
-    const auto sheet = [](int cells) {  // across y, 12 along x
+    const auto sheet = [](int cells) {  // `cells` across y, 12 along x
         TriangleMesh mesh;
         for (int i = 0; i <= 12; ++i)
             for (int j = 0; j <= cells; ++j) mesh.vertices.emplace_back(i, j, 0.0);
@@ -340,7 +338,7 @@ TEST_CASE("render draws the saved surface of a time or a number, with its own in
     command(in + options + "/last.png");
     command(in + options + "/time.png --time 4.9");
     command(in + options + "/frame.png --frame 1");
-    // The file alone finds the interface beside it.
+    // A surface file alone finds the interface saved beside it.
     command(in + "/surface_0001.vtp" + options + "/file.png");
     CHECK(bytes("time.png") == bytes("last.png"));
     CHECK(bytes("frame.png") == bytes("last.png"));
@@ -362,7 +360,7 @@ TEST_CASE("render --all draws every saved surface in one view and one range, and
         names.insert(entry.path().filename().string());
     CHECK(names ==
           std::set<std::string>{"pictures.txt", "strip.png", "surface_0000.png", "surface_0001.png"});
-    // Pictures of a longer run go; what no list names stays.
+    // Pictures that pictures.txt names from a longer run are removed; files that it does not name stay.
     const auto write = [&](const std::string& name, const std::string& text) {
         std::ofstream(in + "/film/" + name) << text;
     };
@@ -388,7 +386,7 @@ TEST_CASE("render --all draws every saved surface in one view and one range, and
                       Contains("fluks") && Contains("flux_neutral"));
     CHECK_FALSE(std::filesystem::exists(folder.path / "bad"));
 
-    // One scale holds both: what one shows lies in the same place in the other.
+    // One scale serves both pictures: equal points lie at the same place in both.
     const Result first = read_saved(folder.path, saved_surfaces(folder.path)[0]),
                  last = read_result(folder.path);
     PictureScale scale = scale_of(last, {});

@@ -8,7 +8,7 @@
 #include "app/models/model.hpp"
 #include "app/process/estimate/blanket.hpp"
 
-// The speed of an open flat wafer, of which all is known in closed form.
+// The speed of an open flat wafer, which is known in closed form.
 using namespace sidewall;
 using namespace sidewall::app;
 using Catch::Matchers::Contains;
@@ -61,7 +61,7 @@ TEST_CASE(
         std::string material, keys;
         double slowest, fastest;  // nm/min
     };
-    // Etchers for silicon reach micrometres a minute; oxide etchers a few hundred nanometres.
+    // Models for silicon reach micrometres a minute; models for oxide a few hundred nanometres.
     const std::map<std::string, Own> own = {
         {"sf6_o2", {"Si", "", 500.0, 5000.0}},
         {"cf4_o2", {"Si", "", 100.0, 5000.0}},
@@ -69,7 +69,7 @@ TEST_CASE(
         {"fluorocarbon", {"SiO2", "deposit = \"Polymer\"\n", 100.0, 800.0}},
     };
     for (const std::string& name : model_names()) {
-        if (!find_model(name)->make) continue;  // geometric
+        if (!find_model(name)->make) continue;  // a geometric model
         INFO(name);
         const auto found = own.find(name);
         const Own here = found == own.end() ? Own{"Si", "", 0.0, 0.0} : found->second;
@@ -98,7 +98,7 @@ TEST_CASE(
 }
 
 TEST_CASE("a flat wafer's coverages are in steady state and its ions have their mean yield") {
-    // theta = k/(k + 1) under one F; sqrt E - sqrt 20 at 100 eV sharp, normal to the wafer, times scale.
+    // theta = k/(k + 1) at flux 1; yield scale (sqrt(E) - sqrt(20)) at exactly 100 eV and normal incidence.
     const std::string law =
         "model = \"formula\"\nspecies = [{ name = \"F\", sticking = \"0.2*(1 - theta)\" }, { name = \"ion\", kind = \"ion\", "
         "energy = 100.0, energy_spread = 0.0, source_exponent = 1e5, yields = [{ name = \"y\", energy = \"sqrt(E) - sqrt(20)\", "
@@ -107,12 +107,12 @@ TEST_CASE("a flat wafer's coverages are in steady state and its ions have their 
     const double chemical = -0.1 / 1.3, sputtered = -0.02 * 0.03 * (10.0 - std::sqrt(20.0));
     CHECK(rate_on(blanket_recipe(law), "Si") == Approx(chemical + sputtered).epsilon(1e-3));
     CHECK(rate_on(blanket_recipe(law), "Mask") == Approx(chemical).epsilon(1e-6));
-    // A slow coverage is as the duration leaves it: theta = 1 - exp(-0.5 t) at t = 2.
+    // A slow coverage does not settle within the step: theta = 1 - exp(-0.5 t) at t = 2.
     const std::string slow =
         "model = \"formula\"\nspecies = [{ name = \"F\" }]\ncoverage_rates = { theta = \"0.5*(1 - theta)\" }\nrate = \"-theta\"\n";
     CHECK(rate_on(blanket_recipe(slow), "Si") == Approx(std::exp(-1.0) - 1.0).epsilon(1e-6));
-    // A pulse of one part: theta = s Gamma pulse / s_0 (1 - exp(...)) is that of Langmuir; growth over the
-    // cycle.
+    // ALD by Langmuir, as in a pulse of one part: theta = 1 - exp(-s Gamma pulse / s_0), with 0.1 1.0 1.0 /
+    // 0.2 = 0.5. The rate is the growth over the cycle of 2 s.
     const std::string ald =
         "model = \"ald\"\ngrowth_per_cycle = 0.001\npulse = 1.0\npurge = 1.0\nprecursor_flux = 1.0\nsticking = 0.1\n"
         "evaporation = 0.0\nsites = 0.2\nparts = 4\ndeposit = \"Al2O3\"\n";
@@ -120,7 +120,7 @@ TEST_CASE("a flat wafer's coverages are in steady state and its ions have their 
 }
 
 TEST_CASE("a stop that no step can meet in its duration is noted, and one that it may meet is not") {
-    // The wafer's lowest start is z = 0, and a step lasts 2 s.
+    // The wafer's lowest point starts at z = 0, and a step lasts 2 s.
     const auto notes = [](const std::string& step) {
         std::string all;
         for (const std::string& note : unmet_stops(blanket_recipe(step))) all += note + "\n";
@@ -153,7 +153,7 @@ TEST_CASE("a stop that no step can meet in its duration is noted, and one that i
     CHECK_THAT(notes(grow + "stop_thickness = 0.4\n"), Contains("grow 0.2 um at most"));
     CHECK_THAT(notes(grow + "stop = \"film_top > 0.4\"\n" + metrology), Contains("grow 0.2 um at most"));
     CHECK(notes(grow + "stop_thickness = 0.2\n").empty());
-    // Steps before count, and in a loop all rounds of all its steps.
+    // Earlier steps count, and in a loop all rounds of all its steps.
     CHECK(notes(etch + "[[step]]\nduration = 2.0\n" + etch + "stop_depth = 1.0\n").empty());
     const auto loop = [&](const char* rounds) {
         return notes(etch + "[[step]]\nrepeat = " + rounds + "\n[[step.steps]]\nduration = 2.0\n" + etch +
@@ -161,10 +161,10 @@ TEST_CASE("a stop that no step can meet in its duration is noted, and one that i
     };
     CHECK_THAT(loop("1"), Contains("step[1].steps[0].stop_depth") && Contains("1.2 um at most"));
     CHECK(loop("2").empty());
-    // Ions may etch facets faster, and laws may go by place and time.
+    // Ions may etch facets faster, and rates may depend on place and time.
     CHECK(notes("model = \"formula\"\nrate = \"-0.1*time\"\nstop_depth = 5.0\n").empty());
     CHECK(notes("model = \"ion_beam\"\nrate = 0.1\nstop_depth = 5.0\n").empty());
-    // A cut may reach anywhere.
+    // A cut may lower the surface anywhere.
     CHECK(
         notes(
             etch +

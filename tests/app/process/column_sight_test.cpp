@@ -25,7 +25,7 @@ TEST_CASE("what lies straight above a point outside a closed surface is what a r
         int open = 0, hidden = 0;
         for (int n = 0; n < 4000; ++n) {
             const Vec3 point(place(random), place(random), place(random));
-            // Inside, an odd number of faces lies above.
+            // A point inside has an odd number of faces above it.
             int above = 0;
             SurfaceHit hit = scene.closest_hit(point, Vec3::UnitZ(), 0.0, 100.0);
             for (; hit; ++above) hit = scene.closest_hit(point, Vec3::UnitZ(), hit.distance + 1e-6, 100.0);

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// The plane over [-1, 1]^2, its inner vertices pushed about by up to a third of a cell.
+// The plane over [-1, 1]^2, its inner vertices displaced by up to 0.3 cells along each axis.
 TriangleMesh uneven_plane(std::uint32_t n) {
     TriangleMesh mesh = test::plane_mesh(n);
     std::mt19937 random(n);
@@ -35,7 +35,7 @@ std::vector<double> everywhere(const TriangleMesh& mesh, double value) {
     return std::vector<double>(mesh.triangles.size(), value);
 }
 
-// Values of a function at the nodes; every vertex is one, or follows from one alone.
+// Values of a function at the nodes. Every node is a vertex of weight 1.
 template <class F>
 std::vector<double> at_nodes(const TriangleMesh& mesh, const DiffusionElements& elements, F&& f) {
     std::vector<double> values(elements.area.size());
@@ -66,7 +66,7 @@ double mean_error(const DiffusionElements& elements, const std::vector<double>& 
     return error / area;
 }
 
-// How much of a wave is left, by its overlap with the wave.
+// Remaining amplitude of `wave` in `got`, by projection.
 double left_of(const DiffusionElements& elements, const std::vector<double>& got,
                const std::vector<double>& wave) {
     double up = 0.0, down = 0.0;
@@ -95,7 +95,7 @@ TEST_CASE("a wave on an uneven plane decays by exp(-D k^2 t): second order in sp
         const DiffusionElements elements = diffusion_elements(mesh, everywhere(mesh, d));
         const std::vector<double> before = at_nodes(mesh, elements, wave);
         std::vector<double> expected = before;
-        // What backward Euler makes of it in time, for the error in space alone.
+        // Expected is the decay by backward Euler, which leaves the error in space alone.
         for (double& value : expected) value *= std::pow(1.0 + d * k * k * time / steps, -steps);
         return mean_error(elements, stepped(elements, before, time, steps), expected);
     };
@@ -109,7 +109,7 @@ TEST_CASE("a wave on an uneven plane decays by exp(-D k^2 t): second order in sp
     const auto late = [&](int steps) {
         return left_of(elements, stepped(elements, before, time, steps), before) - exact;
     };
-    // The error in space is the same for all, and cancels from differences.
+    // The error in space is the same for all step counts and cancels in differences.
     const double e5 = late(5), e10 = late(10), e20 = late(20);
     CHECK((e5 - e10) / (e10 - e20) == Approx(2.0).epsilon(0.1));  // first order
     CHECK(std::abs(2.0 * e20 - e10) < 5e-3);                      // extrapolated in time
@@ -124,8 +124,7 @@ TEST_CASE("a spherical harmonic decays by exp(-l(l + 1) D t/R^2) on a sphere, an
         const int steps = 20;
         const double exact = std::pow(1.0 + l * (l + 1) * d * time / (radius * radius * steps), -steps);
         const std::vector<double> after = stepped(elements, before, time, steps);
-        // Edges of the mesh are 0.14 R long: their square over 12 is what linear elements may miss of l(l +
-        // 1).
+        // Edges of the mesh are 0.14 R long: linear elements miss l(l + 1) by the square of that over 12.
         CHECK(left_of(elements, after, before) == Approx(exact).epsilon(2e-3));
         CHECK(total(elements, after) == Approx(total(elements, before)).margin(1e-9));
     };
@@ -150,7 +149,7 @@ TEST_CASE("a source on half a strip spreads to cosh profiles of the diffusion le
                (p.x() < 0.0 ? 1.0 - c * std::cosh((1.0 + p.x()) / length)
                             : c * std::cosh((1.0 - p.x()) / length));
     });
-    // (h / length)^2 / 12 = 2.3e-3 of the largest value, which a node's error hardly exceeds.
+    // A node's error hardly exceeds (h / length)^2 / 12 = 2.3e-3 of the largest value.
     for (std::size_t i = 0; i < steady.size(); ++i) CHECK(std::abs(steady[i] - exact[i]) < 1.2e-3);
     CHECK(decay * total(elements, steady) == Approx(total(elements, source)).epsilon(1e-8));
 }
@@ -177,7 +176,7 @@ TEST_CASE("values stay in range and nothing is lost on obtuse triangles, where p
             right[i] = elements.area[k] * before[k];
         }
         const Eigen::VectorXd plain = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(matrix).solve(right);
-        CHECK(plain.minCoeff() < -1e-6);  // the repair was needed, and changes little
+        CHECK(plain.minCoeff() < -1e-6);  // plain elements undershoot; correcting them changes little
         double apart = 0.0;
         for (Eigen::Index i = 0; i < right.size(); ++i) {
             const auto k = static_cast<std::size_t>(i);
@@ -190,11 +189,11 @@ TEST_CASE("values stay in range and nothing is lost on obtuse triangles, where p
 TEST_CASE("periodic sides are one, also where their vertices do not match") {
     const double d = 0.5, k = kPi, time = 0.2;
     TriangleMesh mesh = test::plane_mesh(30);
-    // The sides' vertices slide along them, apart from the corners, each side by its own wave.
+    // Vertices on the sides at x = -1 and 1 but the corners shift along y, each side by its own wave.
     for (Vec3& p : mesh.vertices)
         if (std::abs(std::abs(p.x()) - 1.0) < 1e-9 && std::abs(p.y()) < 0.99)
             p.y() += 0.01 * std::sin((p.x() > 0.0 ? 5.0 : 3.0) * kPi * p.y());
-    const auto wave = [&](const Vec3& p) { return std::sin(k * p.x()); };  // steep at the sides
+    const auto wave = [&](const Vec3& p) { return std::sin(k * p.x()); };  // steepest at the sides
     const flux::LateralBox sides{
         {-1.0, -1.0}, {1.0, 1.0}, {flux::Boundary::periodic, flux::Boundary::periodic}};
     const DiffusionElements elements = diffusion_elements(mesh, everywhere(mesh, d), sides);
@@ -205,7 +204,7 @@ TEST_CASE("periodic sides are one, also where their vertices do not match") {
     CHECK(left_of(elements, after, before) ==
           Approx(std::pow(1.0 + d * k * k * time / steps, -steps)).epsilon(0.01));
     CHECK(std::accumulate(elements.area.begin(), elements.area.end(), 0.0) == Approx(4.0).epsilon(1e-12));
-    // With closed sides the same wave decays otherwise: what was lost at a side did not come back.
+    // Through closed sides nothing is exchanged, and the wave decays more slowly.
     const DiffusionElements closed = diffusion_elements(mesh, everywhere(mesh, d));
     const std::vector<double> shut = at_nodes(mesh, closed, wave);
     CHECK(left_of(closed, stepped(closed, shut, time, steps), shut) > 1.1 * left_of(elements, after, before));

@@ -34,7 +34,7 @@ TEST_CASE("the gradient of a linear flux is its slope over the flux, and noise h
     const std::vector<double> gradient = flux_gradient(mesh, linear_flux(mesh, 0.0));
     REQUIRE(gradient.size() == mesh.vertices.size());
     for (std::size_t v = 0; v < gradient.size(); ++v) {
-        // Measured along the steepest edge at the vertex, at the edge's middle.
+        // The gradient is taken along the steepest edge at the vertex, over the flux at this edge's middle.
         const double x = mesh.vertices[v].x(), half = 0.5 / kCells;
         CHECK(gradient[v] <= kSlope / (1.0 + kSlope * std::max(0.0, x - half)) + 1e-12);
         CHECK(gradient[v] >= kSlope / (1.0 + kSlope * (x + half)) - 1e-12);

@@ -53,16 +53,16 @@ TEST_CASE("turns of the coverages trace no ray where radiosity solves, and settl
         CHECK(many.species[k].emitted == one.species[k].emitted);
         CHECK(many.species[k].segments == one.species[k].segments);
         CHECK(std::abs(static_cast<double>(many.species[k].emitted) - 1e5) < 1e3);
-        CHECK(many.species[k].wedge.flux != one.species[k].wedge.flux);  // sites were free there
+        CHECK(many.species[k].wedge.flux != one.species[k].wedge.flux);  // in `one` the sites were free
     }
-    // Ions are traced all the same, by the same random numbers.
+    // Ions are traced in both cases, with the same random numbers.
     CHECK_FALSE(many.methods[0].radiosity);
     CHECK(many.methods[0].reason == "its particles have energy");
     CHECK(many.species[0].wedge.flux == paths.species[0].wedge.flux);
     CHECK(many.species[0].others[1].wedge.flux == paths.species[0].others[1].wedge.flux);
     // theta of one reactant is x / (1 + x) with x proportional to its flux and the other's coverage, so that
     // d theta / d ln flux <= 1/4 for each; relative_error bounds the error of a mean flux.
-    double error = 2.0 * 1e-3;  // to which both have settled
+    double error = 2.0 * 1e-3;  // the tolerance to which both have settled
     for (const TraceReport* report : {&many, &paths})
         for (const std::size_t k : {1u, 2u}) error += 0.25 * report->species[k].relative_error;
     for (const std::size_t site : {0u, 1u}) {
@@ -79,10 +79,10 @@ TEST_CASE("radiosity asked for is taken by what is re-emitted diffusely, relativ
     CHECK(trace.traces == 10);
     CHECK(trace.methods[0].radiosity);
     CHECK(trace.species[0].relative_error <= 0.01);
-    // What models see is the solved flux itself.
+    // Models receive the solved flux itself.
     CHECK(surface.arriving->flux[0] == trace.species[0].wedge.flux);
     CHECK(trace.error[0] == trace.species[0].wedge.error);
-    // So little memory that fewer rays fit: no more are gathered, and the error tells.
+    // In so little memory fewer rays fit: no more are gathered, and the reported error is larger.
     const TracedSurface small = traced(
         quick("ald_hole", {"flux.method=radiosity", "flux.relative_error=0.0001", "flux.memory=0.001"}),
         true);
@@ -105,8 +105,8 @@ TEST_CASE("auto decides for a step's species at the first turn, alike every time
     REQUIRE(mixed.size() == 3);
     CHECK_FALSE(mixed[0].radiosity);
     CHECK(describe(mixed).starts_with("ion by monte-carlo (its particles have energy); etchant by "));
-    // Ions start bottom-up where their rays are enough, with auto alone, and only where averaging leaves them
-    // no direct flux of their own, which would be known without any path.
+    // Ions are traced bottom-up (adjoint) with auto alone, where their rays suffice, and only where averaging
+    // leaves them no direct flux of their own, which would need no paths.
     const auto uses_adjoint = [](const std::string& method, int rays, const std::string& averaging = "0.06") {
         const TracedSurface surface =
             traced(quick("sf6o2_hole", {"flux.method=" + method, "flux.rays=" + std::to_string(rays),
@@ -120,7 +120,7 @@ TEST_CASE("auto decides for a step's species at the first turn, alike every time
     CHECK_FALSE(uses_adjoint("auto", 60'000, "0"));
     CHECK_FALSE(uses_adjoint("auto", 3000));
     CHECK_FALSE(uses_adjoint("monte-carlo", 60'000));
-    // A choice made earlier in the step holds.
+    // A method chosen earlier in the step is kept.
     const Recipe recipe = quick("ald_hole", {"flux.method=auto", "flux.rays=1000"});
     const Model model = make_model(expanded_steps(recipe).front(), recipe.materials, recipe.domain);
     Timing timing;

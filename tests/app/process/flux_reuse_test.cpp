@@ -8,7 +8,7 @@ using namespace sidewall::app;
 
 namespace {
 
-// Two triangles under a flux that is linear in x, times a factor, known to within a share of itself.
+// Two triangles under a flux of factor (1 + x) with the relative standard deviation `error`.
 TracedSurface square(double factor, double error) {
     TracedSurface surface;
     surface.raw.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
@@ -54,7 +54,7 @@ TEST_CASE("a surface takes the fluxes of the closest points") {
     REQUIRE(moved.flux.size() == 1);
     CHECK(moved.coverage.empty());
     CHECK_FALSE(moved.trace);
-    // Values are taken a tenth of the way from the wedge's vertex to its fan's middle.
+    // Values are read at a tenth of the distance from the wedge's vertex to the middle of its fan.
     for (std::size_t v = 0; v < 4; ++v)
         CHECK(moved.flux[0][v] == Approx(2.0 * (1.0 + mesh.vertices[v].x())).margin(2.0 * 0.07));
 }

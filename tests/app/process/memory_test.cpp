@@ -17,10 +17,10 @@ TEST_CASE("the memory a run needs is counted by cells of surface, and for what a
         return app::estimated_memory(recipe, app::domain_of(recipe));
     };
     const double plain = bytes("");
-    CHECK(plain > 400.0 * 1000.0);  // about a kilobyte and more for each of 400 cells
+    CHECK(plain > 400.0 * 1000.0);  // one to two kilobytes for each of 400 cells
     CHECK(plain < 400.0 * 2000.0);
     CHECK(bytes("stages = \"all\"\n[advection]\ntime_integration = \"rk2\"\n") == Approx(2.0 * plain));
-    // A triangle's edge of 1.4 dx into 6 parts, 36 samples, of two triangles a cell; 170 bytes each.
+    // Edges of 1.4 dx in 6 parts: 36 samples a triangle, two triangles a cell, 170 bytes a sample.
     CHECK(bytes("averaging = 0.05\n") - plain == Approx(400.0 * 2.0 * 36.0 * 170.0));
 }
 
@@ -37,8 +37,7 @@ TEST_CASE(
     const std::string
         fin = "shape = \"fin\"\nwidth = 20.0\nheight = 20.0\n",
         mask = "shape = \"mask\"\nthickness = 20.0\npolygons = [{ points = [-9, -9, 9, -9, 9, 9, -9, 9] }]\n";
-    // Walls are a tenth of the flat; these three times and a quarter, or a sixteenth, of the flat count in
-    // full.
+    // Walls are a tenth of the flat. They count three times in full, the flat a quarter or a sixteenth.
     const double whole = bytes(fin, 1), cells = 400.0 * 400.0 * 1.1, first = cells * 60.0 * 3.0;
     CHECK(bytes(fin, 2) - first == Approx((whole - first) * (0.3 + 0.25) / 1.1));
     CHECK(bytes(fin, 3) - first == Approx((whole - first) * (0.3 + 0.0625) / 1.1));

@@ -32,8 +32,8 @@ TEST_CASE(
                                       {"flux.rays=0", "flux.accuracy=0.01"});
     const std::vector<Step> steps = expanded_steps(recipe);
     const auto foreseen = noise_of_time_steps(recipe, steps);
-    // More time steps than on an open wafer, fewer, and those of a front that slows down, whose last ones are
-    // longer than foreseen.
+    // More time steps than foreseen on an open wafer; fewer; and those of a front that slows down, the last
+    // of which are longer than foreseen.
     for (const auto& dt :
          {std::vector(20, 0.1), std::vector(10, 0.2), std::vector{0.1, 0.1, 0.2, 0.2, 0.4, 0.4, 0.6}}) {
         RunState state = initial_state(recipe);

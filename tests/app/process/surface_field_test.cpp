@@ -33,11 +33,11 @@ TEST_CASE("a linear coverage is carried exactly to another mesh of the plane") {
     REQUIRE(carried.size() == 2);
     double worst = 0.0;
     for (std::size_t v = 0; v < to.vertices.size(); ++v) {
-        CHECK(carried[0][v] == 0.0);  // a name it does not know begins at 0
+        CHECK(carried[0][v] == 0.0);  // an unknown coverage begins at 0
         const Vec3& p = to.vertices[v];
         worst = std::max(worst, std::abs(carried[1][v] - (0.1 + 0.5 * p.x() + 0.2 * p.y())));
     }
-    CHECK(worst < 0.7 * 0.1 / 7.0);  // a tenth of the way to the fan's middle, at the sheet's rim
+    CHECK(worst < 0.7 * 0.1 / 7.0);  // read a tenth of the distance to the fan's middle, at the rim
 }
 
 TEST_CASE("a coverage that jumps at an edge is carried to either side of it") {
@@ -65,7 +65,7 @@ TEST_CASE("a checkpoint gives coverages back bit for bit, and refuses damaged on
     CHECK(std::ranges::equal(back.scene->triangles(), mesh.triangles));
     CHECK(std::ranges::equal(back.scene->vertices(), mesh.vertices));
     Json strange = to_json(field);
-    strange["triangles"].get_binary()[1] = 0xff;  // a vertex that there is not
+    strange["triangles"].get_binary()[1] = 0xff;  // the index of no vertex
     CHECK_THROWS(surface_field_from_json(strange));
     strange = to_json(field);
     for (std::size_t byte = 0; byte < 8; ++byte)

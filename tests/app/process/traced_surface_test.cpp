@@ -37,8 +37,8 @@ TEST_CASE("a model's neutrals are traced in one pass, each with its own sticking
         CHECK(result.pass_place == k - 1);
         CHECK(result.segments == fluxes[1].segments);
         CHECK(result.ledger.balanced());
-        // On bare sites the etchant sticks less than oxygen does, which sticks where it lands: the paths are
-        // the etchant's, and oxygen's part of them is what it would fly alone.
+        // On bare sites oxygen sticks where it lands and the etchant sticks less. The shared paths are the
+        // etchant's, and oxygen's part of them equals a trace of oxygen alone.
         const std::vector<double> sticking(surface.arriving->wedges.count(),
                                            model.species[k].sticking.front());
         const flux::FluxResult own =

@@ -22,14 +22,14 @@
 #include "surface/files/file.hpp"
 #include "tests/folder.hpp"
 
-// Decks: what their heads promise, and how they meet a recipe.
+// Chemistry decks: the figures that their heads promise, and their use in recipes.
 using namespace sidewall;
 using namespace sidewall::app;
 using Catch::Matchers::Contains;
 
 namespace {
 
-// A figure of a deck's head, and what its numbers give.
+// An expected figure from a deck's head, and the value that the deck's numbers give.
 struct Figure {
     std::string what, source, role;
     double value = 0.0, bar = 0.0, got = NAN;
@@ -127,8 +127,8 @@ TEST_CASE("every deck's blanket rates and selectivities lie within the bars of i
     }
 }
 
-// What a deck makes of an opening 1 um wide in a mask 0.3 um thick, or of a trench 1.5 um deep: the surface
-// before and after a step that takes 0.5 um from a flat wafer, or brings 0.25.
+// Picture of a deck's effect on an opening 1 um wide in a mask 0.3 um thick, or on a trench 1.5 um deep: the
+// surface before and after a step that takes 0.5 um from a flat wafer, or brings 0.25 um.
 std::string picture_of(const Deck& deck) {
     const toml::table& row = *deck.tables["expected"].as_array()->get(0)->as_table();
     const std::string material = row["material"].value<std::string>().value();
@@ -156,7 +156,7 @@ std::string picture_of(const Deck& deck) {
     return chart_svg(chart);
 }
 
-// How many of the decks' figures are proof of anything.
+// The guide's sentence on how many of the decks' figures are independent evidence.
 std::string counts_of(const std::vector<std::vector<Figure>>& decks) {
     std::map<std::string, int> by_role;
     int all = 0;
@@ -169,7 +169,7 @@ std::string counts_of(const std::vector<std::vector<Figure>>& decks) {
         all, decks.size(), by_role[""], by_role["held out"], by_role["same number"], by_role["fitted"]);
 }
 
-// The guide's part about a deck.
+// The guide's section on a deck.
 std::string section_of(const Deck& deck, const std::vector<Figure>& figures) {
     std::string text = fmt::format("## {}\n\n{}. Model `{}`.\n\n", deck.name, deck.title, deck.model);
     text += fmt::format("![{0}](chemistry/{0}.svg)\n\n", deck.name);
@@ -220,7 +220,7 @@ TEST_CASE("keys of a step win over its deck's, by material and under another wor
     const std::string text = effective_recipe(recipe);
     CHECK_THAT(text, Contains("SiO2 = 0.05") && Contains("Si = 0.01") && Contains("energy = 80.0") &&
                          Contains("removal_yield = 0.1444") && !Contains("0.0361 }"));
-    // What the recipe stores needs no deck, and names nothing that is not on its wafer.
+    // The stored recipe needs no deck and names only materials of its wafer.
     CHECK_THAT(text, !Contains("chemistry") && !Contains("Resist") && !Contains("Si3N4"));
     CHECK(effective_recipe(parse_recipe(text, "stored.toml")) == text);
     CHECK_THAT(effective_recipe(with_deck(deck)), Contains("model = \"fluorocarbon\""));
@@ -273,7 +273,7 @@ TEST_CASE(
                                                      !Contains("outside"));
     CHECK_THAT(notes("chemistry = \"koh_30_70c\"\nr100 = 0.02\n"),
                Contains("step[0].r100 = 0.02 lies outside 0.0125 to 0.0140833"));
-    // The deck's number of a material that is not on the wafer is none that the step could leave.
+    // A deck's number for a material that is not on the wafer is not missed by the step.
     CHECK_THAT(notes("chemistry = \"bosch_etch\"\n"), !Contains("gives no number"));
     CHECK_THAT(notes("chemistry = \"chf3_cf4_oxide\"\n"), !Contains("directional.PolySi"));
     CHECK_THAT(with_deck("chemistry = \"cl_si\"\n", {"step[0].species[1].energy=400"}).notes.back(),
@@ -282,7 +282,7 @@ TEST_CASE(
                Contains("step[0].etchant_flux/ion_flux = 100 lies outside 300 to 2400"));
     CHECK_THAT(notes("chemistry = \"cf2_ar_oxide\"\n"),
                Contains("step[0].rate: chemistry cf2_ar_oxide has no number for Si"));
-    // Where the model has no default the program asks.
+    // Where the model has no default either, the recipe must give the value.
     CHECK_THROWS_WITH(with_deck("chemistry = \"c4f8_ar_oxide\"\n"), Contains("no value for Si"));
     CHECK_THROWS_WITH(
         parse_recipe(wafer({"Ge"}, "um", "s") + "[[step]]\nchemistry = \"hf_vapor_oxide\"\nduration = 1.0\n",
@@ -354,7 +354,7 @@ TEST_CASE("a wrong deck is refused by its file and line, and an unknown one with
     own("title = \"mine\"\nrange = 5\n[step]\nmodel = \"isotropic\"\n", "must be a table");
     own("title = \"mine\"\n[step]\nmodel = \"isotropic\"\nchemistry = \"cl_si\"\n", "names no other");
     refused("chemistry = \"../validation/page\"\n", "no chemistry has that name");
-    // A material under another word is the same material.
+    // A synonym names the same material.
     std::ofstream(folder.path / "own.toml")
         << "title = \"mine\"\ntime_unit = \"min\"\n[step]\nmodel = \"isotropic\"\nrate = { silicon = -60.0 }\n";
     const Recipe recipe =

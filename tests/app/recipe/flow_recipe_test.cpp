@@ -16,7 +16,7 @@ using namespace sidewall::app;
 namespace {
 
 const std::string kHead =
-    "[domain]\nextent = [4.0, 4.0]\ngrid_spacing = 0.1\n[[layer]]\nmaterial = \"Si\"\n";  // 1 to 5
+    "[domain]\nextent = [4.0, 4.0]\ngrid_spacing = 0.1\n[[layer]]\nmaterial = \"Si\"\n";  // lines 1 to 5
 const std::string kStep = "[[step]]\nmodel = \"isotropic\"\nduration = 1.0\nrate = -0.1\n";
 const std::string kLines = SIDEWALL_SOURCE_DIR "/configs/masks/lines.gds";
 
@@ -29,7 +29,7 @@ std::string flow_message(const std::string& text) {
     return "accepted";
 }
 
-// The first of the lines is line 7.
+// `lines` start at line 7 of the recipe.
 std::string with_layer(const std::string& lines) {
     return flow_message(kHead + "[[layer]]\n" + lines + kStep);
 }
@@ -207,7 +207,7 @@ TEST_CASE("masks and cuts that make no sense are refused with line, key and reme
     }
     CHECK(with_step(cut + "shape = \"hole\"\nradius = 1\nmaterials = [\"SiO2\"]\n") == "accepted");
     CHECK(with_step(cut + "shape = \"hole\"\nradius = 1\ndepth = -0.5\n") == "accepted");
-    // A cut may lie below the lowest point so far, and so may a polish then.
+    // A cut may reach below the lowest point so far, and a polish after it may, too.
     const std::string polish = "[[step]]\nmodel = \"planarize\"\nheight = -1.0\n";
     CHECK(with_step("model = \"strip\"\nmaterial = \"Si\"\n").find("the substrate cannot be taken away") !=
           std::string::npos);
@@ -284,10 +284,10 @@ TEST_CASE("the extent is the layout's with padding, in whole cells, and the layo
     Recipe again = parse_recipe(effective_recipe(read), read.file);
     again.notes = read.notes;
     CHECK(again == read);
-    // What the message on too large a spacing says is enough.
+    // The spacing that the error message suggests is accepted.
     CHECK_NOTHROW(
         parse_recipe(recipe("extent = \"gds\"\ngrid_spacing = 0.5\npadding = 0.5", file), "layout.toml"));
-    // A position of one's own moves a mask against the others.
+    // A `position` moves one mask relative to the others.
     const Recipe moved =
         parse_recipe(recipe("extent = \"gds\"\ngrid_spacing = 0.1", file + "position = [5, 1]\n") +
                          "[[step]]\nmodel = \"cut\"\ndepth = 1\n" + file,

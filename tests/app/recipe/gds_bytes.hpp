@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-// GDSII records by hand.
+// Builders of GDSII records, byte by byte.
 namespace sidewall::test {
 
 inline std::string gds_record(int type, int kind, const std::string& data = "") {

@@ -47,7 +47,7 @@ TEST_CASE("a GDSII library gives its polygons back, placed, turned, mirrored and
     CHECK(squares[5][0][0] == Approx(600e-9));
     CHECK(squares[5][0][1] == Approx(400e-9));
     CHECK(area(squares[6]) == Approx(4e-14));
-    // (100, 0) mirrored about x stays, turned by 90 degrees points to y, doubled, moved.
+    // Corner (100, 0): mirroring about x keeps it, 90 degrees turn it onto y; then it is doubled and moved.
     CHECK(squares[6][1][0] == Approx(5000e-9));
     CHECK(squares[6][1][1] == Approx(200e-9));
     CHECK(squares[6][3][0] == Approx(5200e-9));
@@ -65,7 +65,7 @@ TEST_CASE("a damaged GDSII file is refused, wherever the damage is", "[foreign]"
     const std::string good = library();
     for (std::size_t size = 0; size < good.size(); ++size)
         CHECK_THROWS_AS(parse_gds(std::string_view(good).substr(0, size), "cut"), FileError);
-    // Any single byte changed: refused, or read as something else, but never worse.
+    // A file with one changed byte is refused or read as another layout, and does no harm.
     int refused = 0;
     for (std::size_t k = 0; k < good.size(); ++k)
         for (const int flip : {0x01, 0x80, 0xff}) {
@@ -135,11 +135,11 @@ TEST_CASE("GDSII paths end as their type says, and an absolute width is not magn
     CHECK(drawn(path(2, 2000, {5, 5})) == Approx(4e6));
     CHECK(drawn(path(1, 2000, {5, 5})) == Approx(std::numbers::pi * 1e6).epsilon(1.5e-3));
     CHECK(drawn(path(0, 2000, {5, 5})) == 0.0);
-    // A last piece of less than half the width.
+    // The last piece is shorter than half the width.
     CHECK(drawn(path(0, 1000, {-3000, 0, 2000, 0, 2000, 200})) == Approx(5.2e6));
     CHECK(drawn(path(0, -1000, {-3000, 0, 2000, 0, 2000, 200}), 2.0) == Approx(10.4e6));
     CHECK(drawn(path(4, 1000, {2000, 100, 2000, 0, -3000, 0}, ends(100, 0))) == Approx(5.2e6));
-    // Length and width, length alone, length and square ends.
+    // Scaled: length and width; length alone (negative width); length alone, with square ends.
     CHECK(drawn(path(0, 1000, line), 2.0) == Approx(20e6));
     CHECK(drawn(path(0, -1000, line), 2.0) == Approx(10e6));
     CHECK(drawn(path(2, -1000, line), 3.0) == Approx(16e6));
@@ -158,7 +158,7 @@ TEST_CASE("KLayout's context cell is no layout, and a cell that the file lacks i
     std::set<std::string> missing;
     CHECK(flatten(with_top, "TOP", 1, 0, missing).size() == 2);
     CHECK(missing == std::set<std::string>{"ELSEWHERE"});
-    // Missing below a placed cell, and in an array; a cell of no other layer's polygons is looked into, too.
+    // Cells missing below a placed cell and in an array are reported, also for a layer that draws nothing.
     const Layout deep = parse_gds(
         test::gds_library(test::gds_cell("CHILD", square + test::gds_reference("LOST", {0, 0})) +
                           test::gds_cell("TOP", test::gds_array("GONE", 3, 2, {0, 0, 900, 0, 0, 800}) +

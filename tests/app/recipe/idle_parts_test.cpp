@@ -2,7 +2,7 @@
 
 #include "app/recipe/notes.hpp"
 
-// What a recipe says in vain is noted, and nothing else is.
+// Parts of a recipe that have no effect are noted, and no others.
 using namespace sidewall;
 using namespace sidewall::app;
 using Catch::Matchers::Contains;
@@ -41,7 +41,7 @@ TEST_CASE("a layer that those below hide wholly is noted") {
                Contains("layer[1] does nothing"));
     CHECK_THAT(notes(oxide + layer("shape = \"cylinder\"\nmaterial = \"W\"\nradius = 0.2\nz = 0.2\n") + etch),
                Contains("layer[2] does nothing: W reaches up to z = 0.4"));
-    // A plane at the height of a trench's mouth fills the trench, and what reaches out counts.
+    // A plane at the height of a trench's mouth fills the trench, and a shape that sticks out has an effect.
     const std::string trench =
         layer("shape = \"trench\"\nmaterial = \"SiO2\"\ntop = 0.5\nwidth = 0.6\ndepth = 0.4\n");
     CHECK(notes(trench + layer("material = \"W\"\ntop = 0.5\n") + etch).empty());
@@ -67,7 +67,7 @@ TEST_CASE("values of a material that the step does not meet are noted, if they d
     CHECK_THAT(
         notes("[[step]]\nmodel = \"formula\"\nduration = 1.0\nrate = { Si = -0.1, W = \"-0.2*pi\" }\n"),
         Contains("step[0].rate does nothing for W"));
-    // What models know of materials that are not there is no one's mistake.
+    // Built-in values for materials that are not on the wafer are not noted.
     CHECK(notes("[[step]]\nmodel = \"sf6_o2\"\nduration = 1.0\n").empty());
 }
 
@@ -103,7 +103,7 @@ TEST_CASE("a wafer in space that is the same along y, or round, is told what wou
         "radius = 0.5\ndepth = 0.5\n" +
         kEtch + "rate = -0.1\n";
     CHECK_THAT(cheaper_form(parse_recipe(square, "round.toml")), Contains("symmetry = \"axial\""));
-    // What the notes ask for is taken.
+    // The form that the note suggests needs no further note.
     const std::vector<std::string> flat = {"domain.extent=[2]"};
     CHECK(cheaper_form(parse_recipe(kIdleDomain + kEtch + "rate = -0.1\n", "strip.toml", flat)).empty());
 }

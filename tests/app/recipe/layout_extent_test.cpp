@@ -17,10 +17,10 @@ using namespace sidewall::app;
 
 namespace {
 
-// Two squares of 1 um on layer 1, along x at 1.5 and 3.5; lines on layer 63: along x, without width, upward
-// through the first square, drawn downward, and across it at 45 degrees; an L on layer 64; a square, a
-// triangle and a path half as wide as long on 66 to 68, and one a quarter as wide on 69; lines of four points
-// on 70, on a line but for rounding, and on 71, back on itself.
+// Layer 1: two squares of 1 um, at x = 1.5 and 3.5. Layer 63: a line along x without width, one upward
+// through the first square but drawn downward, and one across it at 45 degrees. Layer 64: an L. Layers 66 to
+// 68: a square, a triangle and a path half as wide as long. Layer 69: a path a quarter as wide as long.
+// Layers 70 and 71: lines of four points, straight but for rounding, and back on itself.
 const std::string kChip = test::gds_library(test::gds_cell(
     "TOP", test::gds_boundary(1, 0, {1000, -500, 2000, -500, 2000, 500, 1000, 500}) +
                test::gds_boundary(1, 0, {3000, -500, 4000, -500, 4000, 500, 3000, 500}) +
@@ -105,7 +105,7 @@ TEST_CASE(
             run_recipe(recipe, {.output = folder.path / "out", .overwrite = true, .quiet = true});
         const double expected = openings * (width * kDepth + 0.5 * M_PI * kDepth * kDepth);
         CAPTURE(line);
-        // A corner off nodes is cut off by up to half a cell at either end.
+        // A corner that lies off the grid nodes is cut off by up to half a cell at either end.
         CHECK(result.summary["metrology"]["removed_volume_Si"].get<double>() ==
               Approx(expected).epsilon(0.02));
     }

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-// OASIS records by hand.
+// Builders of OASIS records, byte by byte.
 namespace sidewall::test {
 
 inline std::string oas_number(std::uint64_t value) {
@@ -51,13 +51,13 @@ inline std::string oas_cell(const std::string& name, const std::string& elements
     return oas_number(14) + oas_text(name) + elements;
 }
 
-/// The file of database units of 1 nm, without names' tables.
+/// A file with database units of 1 nm and without tables of names.
 inline std::string oas_library(const std::string& records) {
     return "%SEMI-OASIS\r\n" + oas_number(1) + oas_text("1.0") + oas_numbers({0, 1000, 0}) +
            std::string(12, '\0') + records + oas_number(2) + oas_text(std::string(252, '\0')) + '\0';
 }
 
-/// What zlib packs bytes to, bare, or in a gzip file.
+/// The bytes compressed by zlib: a bare deflate stream, or a gzip file.
 inline std::string packed_by_zlib(std::string bytes, bool gzip) {
     z_stream stream{};
     deflateInit2(&stream, Z_BEST_COMPRESSION, Z_DEFLATED, gzip ? 16 + MAX_WBITS : -MAX_WBITS, 8,

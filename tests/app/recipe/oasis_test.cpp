@@ -28,7 +28,7 @@ std::vector<levelset::Polygon> drawn_in(const std::string& bytes, int layer = 1)
     return polygons;
 }
 
-// What elements of cell TOP draw.
+// The polygons that these elements of cell TOP draw.
 std::vector<levelset::Polygon> drawn_of(const std::string& elements, int layer = 1) {
     return drawn_in(test::oas_library(test::oas_cell("TOP", elements)), layer);
 }
@@ -52,7 +52,7 @@ TEST_CASE("an OASIS file gives its rectangles, polygons, paths and circles back"
     const auto box = drawn_of(test::oas_rectangle(30, 20, 5, -6));
     REQUIRE(box.size() == 1);
     CHECK(box[0] == levelset::Polygon{{5, -6}, {35, -6}, {35, 14}, {5, 14}});
-    // What is left out is as before; a square has one length.
+    // A field that is left out keeps its last value; a square has one length.
     const auto squares = drawn_of(oas_record(20, 0xdb, oas_numbers({1, 0, 30}) + place_at(5, 6)) +
                                   oas_record(20, 0x10, oas_signed(50)));
     REQUIRE(squares.size() == 2);
@@ -74,7 +74,7 @@ TEST_CASE("an OASIS file gives its rectangles, polygons, paths and circles back"
           levelset::Polygon{{-50, 60}, {0, 63}, {-30, 93}});
     CHECK(polygon(oas_numbers({5, 2}) + oas_delta(50, 0) + oas_delta(-60, 30)) ==
           levelset::Polygon{{-50, 60}, {0, 60}, {-10, 90}});
-    // Half as wide as 5, flush, half its width and 11 beyond its ends.
+    // Half the width is 5. Ends: flush; extended by half the width; by 11 and -4.
     const auto path = [&](const std::string& scheme) {
         return area_in(drawn_of(oas_record(22, 0xfb,
                                            oas_numbers({1, 0, 5}) + scheme + oas_numbers({4, 2}) +
@@ -89,7 +89,7 @@ TEST_CASE("an OASIS file gives its rectangles, polygons, paths and circles back"
 
 TEST_CASE("trapezoids of an OASIS file are drawn as their forms say", "[foreign]") {
     using test::oas_numbers, test::oas_record, test::oas_signed;
-    // As KLayout draws them.
+    // Expected is what KLayout draws.
     CHECK(drawn_of(oas_record(
               23, 0x7b, oas_numbers({1, 0, 100, 60}) + oas_signed(13) + oas_signed(-17) + place_at(0, 0))) ==
           std::vector<levelset::Polygon>{levelset::Polygon{{13, 60}, {83, 60}, {100, 0}, {0, 0}}});
@@ -127,7 +127,7 @@ TEST_CASE("each repetition of OASIS stands where its type says", "[foreign]") {
     CHECK(places_of(oas_numbers({10, 1}) + oas_delta(20, 15) + oas_delta(-40, 33)) ==
           levelset::Polygon{{0, 0}, {20, 15}, {-20, 48}});
     CHECK(places_of(oas_numbers({11, 0, 3}) + oas_delta(20, 15)) == levelset::Polygon{{0, 0}, {60, 45}});
-    // Type 0 is the one before.
+    // Repetition type 0 repeats the last one.
     CHECK(drawn_of(test::oas_rectangle(10, 7, 0, 0, oas_numbers({2, 8, 20})) +
                    test::oas_rectangle(10, 7, 0, 90, oas_numbers({0})))
               .size() == 20);
@@ -154,7 +154,7 @@ TEST_CASE("cells of an OASIS file are placed by name or number, relatively or no
         CHECK(drawn[3][0] == std::array{996.0, 52.0});
         CHECK(drawn[4][0] == std::array{1296.0, 52.0});
     }
-    // Texts, properties and names are passed over; relative places go on from the last one.
+    // Texts, properties and names are skipped; a relative position adds to the last one.
     const std::string ballast =
         oas_record(19, 0x5b, test::oas_text("label") + oas_numbers({3, 4}) + place_at(9, 9)) +
         oas_record(28, 0x25,

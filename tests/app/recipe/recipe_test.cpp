@@ -49,7 +49,7 @@ std::string message(const std::string& text, const std::vector<std::string>& ove
     return "accepted";
 }
 
-// Uses every shape, a loop in a loop, every model, own materials and nothing left at its default.
+// A recipe with every shape, a loop in a loop, every model, own materials and no key at its default.
 const std::string kRich = R"([domain]
 extent = [6.0, 3.0]
 grid_spacing = 0.1
@@ -187,7 +187,7 @@ TEST_CASE("every shipped recipe is valid and its effective recipe too", "[foreig
             continue;
         INFO(entry.path());
         Recipe recipe = load_recipe(entry.path());
-        // The effective recipe holds the keys of decks and no longer names them.
+        // The effective recipe holds the decks' keys in place of their names.
         std::erase_if(recipe.notes, [](const std::string& note) {
             return note.find(" chemistry ") != std::string::npos ||
                    note.find(".chemistry ") != std::string::npos;
@@ -210,8 +210,8 @@ TEST_CASE("overrides change keys before the recipe is checked", "[foreign]") {
     CHECK(with({"metrology.cut=x=1"}).metrology.cut == "x=1");
     const Recipe sticky = with({"step[0].sticking.Si=0.4"});
     CHECK(target_of<ByMaterial>(model_keys(sticky.steps[0]), "sticking")->named.at("Si") == 0.4);
-    CHECK(with({"flux.seed=2", "flux.seed=3"}).flux.seed == 3);  // the last one holds
-    // An override can mend a recipe that would be refused.
+    CHECK(with({"flux.seed=2", "flux.seed=3"}).flux.seed == 3);  // the last one counts
+    // An override can correct a recipe that would be refused.
     CHECK(message("flux = 1\n" + kBase).starts_with("bad.toml:1: flux = 1: must be a table"));
     CHECK_NOTHROW(parse_recipe("flux = 1\n" + kBase, "x.toml", {"flux={ rays = 1e4 }"}));
 }
@@ -264,9 +264,9 @@ TEST_CASE("notes tell how many cells a narrow shape has, whatever its side of th
     REQUIRE(notes("reflective", trench + "width = 0.5\n").size() == 1);
     CHECK(notes("reflective", trench + "width = 0.5\n")[0].starts_with(
         "layer[0].width: the opening is 5 cells wide: "));
-    // Half of it in the domain, the other half mirrored.
+    // Half of the opening lies in the domain; the other half is its mirror image.
     CHECK(notes("reflective", trench + "width = 0.6\nposition = [2.0, 0.0]\n").empty());
-    // A ridge of three cells and its mirror image; one between two repetitions.
+    // A ridge of two cells with its mirror image; a ridge between two repetitions.
     CHECK(notes("reflective", trench + "width = 2.0\nposition = [-0.8, 0.0]\n")[0].find(
               "what stands beside the opening is 4 cells wide") != std::string::npos);
     CHECK(notes("periodic", trench + "width = 2.0\nposition = [-0.8, 0.0]\n").empty());
@@ -275,11 +275,11 @@ TEST_CASE("notes tell how many cells a narrow shape has, whatever its side of th
     // Holes that merge with their repetitions along y are a slot; boxes from side to side are walls.
     CHECK(notes("periodic", "shape = \"hole\"\ndepth = 1.0\nradius = 1.7\n").empty());
     CHECK(notes("periodic", "shape = \"box\"\nheight = 1.0\nsize = [1.0, 4.0]\n").empty());
-    // Outlines may touch; turned ones are as wide as they are.
+    // Outlines may touch; the width of a turned outline is measured across it.
     CHECK(notes("reflective", mask + "[{ points = [-1, -1, 0, -1, 0, 1, -1, 1] }, "
                                      "{ points = [0, -1, 1, -1, 1, 1, 0, 1] }]\n")
               .empty());
-    // Together, with what adjoins them or with their mirror image, these are wide enough; alone each is not.
+    // Each outline is too narrow alone, but wide enough with its neighbour or its mirror image.
     CHECK(notes("reflective", mask + "[{ points = [-1, -1, -0.9, -1, -0.9, 1, -1, 1] }, "
                                      "{ points = [-0.9, -1, 0, -1, 0, 1, -0.9, 1] }]\n")
               .empty());
@@ -288,7 +288,7 @@ TEST_CASE("notes tell how many cells a narrow shape has, whatever its side of th
               "is 4 cells wide") != std::string::npos);
     CHECK_THROWS_WITH(notes("periodic", mask + "[{ points = [-2, -1, -1.9, -1, -1.9, 1, -2, 1] }]\n"),
                       Catch::Contains("only 1 cells wide"));
-    // Drawn twice, or overlapping along edges, it is no narrower.
+    // An outline that is drawn twice, or overlaps along edges, is no narrower.
     for (const int height : {2000, 900}) {
         const test::Folder folder;
         std::ofstream(folder.path / "twice.gds", std::ios::binary) << test::gds_library(
@@ -355,7 +355,7 @@ TEST_CASE("every key that completion offers for --set is one that --set can chan
         const std::string value = key.words.empty() ? "0.3" : key.words.back();
         const std::string answer = message(kRich, {key.name + "=" + value});
         INFO(key.name << "=" << value << ": " << answer);
-        // 0.3 need not be right, and another model may not know what the recipe says; the key itself is
+        // The value 0.3 may be refused, and another model may not know the recipe's keys. The key itself is
         // known.
         const bool about_it = answer.starts_with("--set");
         for (const char* fault : {"unknown key", "the recipe has", "holds no keys"})
@@ -427,7 +427,7 @@ TEST_CASE("layers stand on each other and stacks expand bottom up", "[foreign]")
     }
     CHECK(layers[9].shape.top == Approx(1.7));                                // 1.2 of the stack and 0.5
     CHECK(layers[9].shape.depth == std::numeric_limits<double>::infinity());  // through the layer
-    CHECK(layers[10].shape.top == Approx(1.7));                               // a fin stands on what is there
+    CHECK(layers[10].shape.top == Approx(1.7));  // a fin stands on the layers below
     CHECK(layers[11].shape.top == 2.0);
     CHECK(layers[9].material ==
           static_cast<int>(default_materials().size()));  // a new material comes after the built-in

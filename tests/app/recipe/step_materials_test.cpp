@@ -13,7 +13,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-// Chromium is not built in.
+// A wafer with this mask. Chromium is not built in and defined here.
 std::string wafer(const std::string& mask) {
     return (mask == "Cr" ? std::string("[[material]]\nname = \"Cr\"\ndensity = 8.33\n") : std::string()) +
            R"([domain]
@@ -57,7 +57,7 @@ TEST_CASE("a plasma etches a mask by a published yield, or asks for one") {
             CHECK(yield(under_mask(mask, etch(model) + "sputter_yield = 0.03\n"), mask) == 0.03);
         }
     }
-    // What is given for one does not answer for another.
+    // A yield given for one material does not serve another.
     CHECK_THROWS_WITH(under_mask("TiN", etch("hbr_o2") + "sputter_yield = { W = 0.1 }\n"),
                       Contains("step[0].sputter_yield = {...}: has no value for TiN"));
     // Fluorocarbon: silicon has a sputter yield, but no ion-enhanced one; the film needs none.
@@ -117,7 +117,7 @@ TEST_CASE("the table of values by material is a comment, and shows what is in fo
     CHECK_THAT(table, Contains("#  Si3N4     0.1*              1*               0.02           1.36\n"));
     CHECK_THAT(table, Contains("#  Si        0.1*              1*               0.5            5.02\n"));
     CHECK(table.find("SiO2") == std::string::npos);
-    // Of a list of tables, each one's.
+    // A list of tables shows the values of each of its tables.
     const std::string several = values_by_material(under_mask(
         "Mask",
         etch("multi_particle") + "species = [{ name = \"a\", rate = { Si = -1.0, Mask = -0.1 } }]\n"));

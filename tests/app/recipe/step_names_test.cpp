@@ -6,7 +6,7 @@
 #include "app/recipe/steps.hpp"
 #include "app/sweep/vary.hpp"
 
-// Steps are named in keys by their own names.
+// Keys of steps by the steps' names.
 using namespace sidewall;
 using namespace sidewall::app;
 using Catch::Matchers::Contains;
@@ -86,7 +86,7 @@ TEST_CASE("a varied key knows the key of a step by its name, and that it is vari
     };
     CHECK(offered("step.liner.sticking"));
     CHECK(offered("step.\"main etch\".rate"));
-    CHECK_FALSE(offered("step.clean.rate"));  // there are two
+    CHECK_FALSE(offered("step.clean.rate"));  // two steps have this name
     CHECK_FALSE(offered("step.liner.steps[0].rate"));
     const std::vector<Vary> varied =
         parse_vary({"step.liner.repeat=1:9", "step.liner.sticking=0.1:1"}, recipe);

@@ -73,7 +73,7 @@ TEST_CASE("a sweep over two keys has contours, whose axes have the keys' units")
     CHECK(contour["targets"].empty());
     CHECK_FALSE(contour.contains("best"));
     CHECK(section(data, "response")["keys"] == contour["keys"]);
-    // One key has no contours.
+    // A sweep over one key has no contours.
     write(folder.path / "sweep.json", R"({"vary": ["step[0].rate=0.5,1"], "rows": 4})");
     for (const Json& one : data_of(make_report(folder.path).html)["sections"])
         CHECK(one["type"] != "contour");

@@ -26,7 +26,7 @@ inline app::Json data_of(const std::string& html) {
     return app::Json::parse(data_text(html));
 }
 
-/// The first section of a type; one without a type if there is none.
+/// The first section of a type and, if given, of a title; the test fails if there is none.
 inline const app::Json& section(const app::Json& data, std::string_view type, std::string_view title = "") {
     for (const app::Json& one : data["sections"])
         if (one["type"] == type && (title.empty() || one["title"] == title)) return one;

@@ -43,7 +43,7 @@ unsigned word(const std::string& bytes, std::size_t at) {
     return static_cast<unsigned char>(bytes[2 * at]) + 256u * static_cast<unsigned char>(bytes[2 * at + 1]);
 }
 
-// A mesh as the page's script reads it.
+// Decodes a mesh as the page's script does.
 TriangleMesh decoded(const Json& mesh, const Json& view) {
     TriangleMesh result;
     const std::string p = bytes_of(mesh["p"].get<std::string>()), i = bytes_of(mesh["i"].get<std::string>());
@@ -109,7 +109,7 @@ TEST_CASE("a page of results is one file that names no address and may load noth
     CHECK(report.html.size() < kMostPageBytes);
     CHECK(report.html.starts_with("<!doctype html>"));
     CHECK(count(report.html, "default-src 'none'") == 1);
-    // What three.js names: XML's namespace, a paper in a comment, its licence, its controls' authors.
+    // In three.js: XML's namespace, a paper in a comment, its licence, its controls' authors.
     const std::size_t known = count(report.html, "http://www.w3.org/1999/xhtml") +
                               count(report.html, "https://graphics.stanford.edu/papers/envmap/envmap.pdf") +
                               count(report.html, "three.js r111, https://threejs.org") +
@@ -152,7 +152,7 @@ TEST_CASE("a page shows saved surfaces to half a step of its 16 bits, with mater
     CHECK(view["frames"][1]["layers"][0][1] == 0);
     CHECK(view["materials"].size() == 2);
     CHECK(view["attributes"].size() == 2);
-    // The cut at y = 0 goes through the trench's corners alone.
+    // The profile at y = 0 has the trench's six corners alone.
     const Json& profile = section(data, "charts")["charts"][0];
     CHECK(profile["x"] == "x [\u00b5m]");
     CHECK(profile["series"][1]["points"].size() == 6);
@@ -195,9 +195,9 @@ TEST_CASE("surfaces too big for a page are coarsened within the bound that it st
     CHECK(small.section.dump().size() < 60'000);
     const std::string note = small.section["note"];
     const double cells = std::stod(note.substr(note.find('(') + 1)), cell = 2.0 / 80;
-    // A cell is measured from the mean triangle, which slopes and diagonals change by a few percent.
+    // The cell size is taken from the mean triangle, which slopes and diagonals change by a few percent.
     CHECK(surface::two_sided_distance(saved, coarse).max <= 1.1 * cells * cell + 1e-4);
-    // Sections are cut before.
+    // Sections are cut before the mesh is simplified.
     CHECK(whole.profiles == small.profiles);
 }
 
@@ -224,7 +224,7 @@ TEST_CASE("a page of an unfinished run tells so and shows what is there") {
     write(folder.path / "timeline.csv", kTimeline + "1,half a r");  // killed while it wrote
     const Json data = data_of(make_report(folder.path).html);
     REQUIRE(data["notes"].size() == 1);
-    CHECK(data["notes"][0] == "This run has not ended: the page shows how far it came.");
+    CHECK(data["notes"][0] == "This run has not ended: the page shows its results so far.");
     CHECK(section(data, "view")["frames"].size() == 2);
 }
 

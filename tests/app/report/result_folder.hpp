@@ -8,7 +8,7 @@
 // A small folder like the ones that `run` writes.
 namespace sidewall::test {
 
-/// A surface over [-1, 1]^2 that follows a profile of (x, z), with one material.
+/// A surface of one material over [-1, 1]^2 that follows a profile of (x, z).
 inline TriangleMesh profile_mesh(const std::vector<std::pair<double, double>>& profile, double material) {
     TriangleMesh mesh;
     constexpr int kRows = 8;

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kSpacing = 0.05, kStep = kSpacing / 4.0, kDepth = 4.0, kArc = 0.06;
 
-// Half the opening at a depth, of arcs between edges at multiples of the pitch.
+// Openings at depths kStep apart, from half the opening as a function of depth.
 template <class Half>
 std::vector<double> openings_of(Half&& half) {
     std::vector<double> openings;
@@ -26,19 +26,19 @@ double arcs(double depth, double pitch) {
     return kArc * std::abs(std::sin(std::numbers::pi * depth / pitch));
 }
 
-// A number from -1 to 1 that has no order.
+// A pseudo-random number from -1 to 1.
 double scattered(int k) {
     std::uint32_t n = static_cast<std::uint32_t>(k) * 2654435761u;
     n = (n ^ (n >> 15)) * 2246822519u;
     return static_cast<double>(n ^ (n >> 13)) / 2147483648.0 - 1.0;
 }
 
-// An edge is seen at a sample: between the first and the last one both may be off by half a step.
+// Error of the pitch: edges are found at samples, and the first and the last may be off by half a step.
 double pitch_margin(double pitch) {
     return 1.001 * kStep / (std::floor(kDepth / pitch) - 2.0);
 }
 
-// Samples miss an edge by half a step, where the arc is steepest, and the deepest place, too.
+// Error of the depth: samples miss the edge, where the arc is steepest, and the deepest point by half a step.
 double depth_margin(double pitch) {
     const double half = 0.5 * kStep * std::numbers::pi / pitch;
     return 1.001 * kArc * (std::sin(half) + 1.0 - std::cos(half));
@@ -71,7 +71,7 @@ TEST_CASE("a wall's slope, its bow and a narrow mouth are no part of its scallop
                  }),
                  kStep, kSpacing);
     CHECK(bowed.pitch == Approx(kPitch).margin(pitch_margin(kPitch)));
-    // Half a pitch behind a chord of it: the bow's own arc, 0.1 (pi / 4)^2 0.4^2 / 8 at most.
+    // The bow adds its own sagitta over one pitch: 0.1 (pi / 4)^2 0.4^2 / 8 at most.
     CHECK(bowed.depth == Approx(kArc).margin(depth_margin(kPitch) + 0.0013));
 }
 
@@ -81,7 +81,7 @@ TEST_CASE("noise on a wall makes no scallops of its own") {
     const Scallops found = scallops(
         openings_of([&](double z) { return 1.0 + 0.03 * z + arcs(z, kPitch) + kNoise * scattered(++n); }),
         kStep, kSpacing);
-    // Noise moves an edge by no more than the way in which the arc rises by twice as much.
+    // Noise moves an edge at most by the distance in which the arc rises by twice the noise.
     const double moved = 2.0 * kNoise / (kArc * std::numbers::pi / kPitch);
     CHECK(found.pitch == Approx(kPitch).margin(pitch_margin(kPitch) * (1.0 + 2.0 * moved / kStep)));
     CHECK(found.depth == Approx(kArc).margin(depth_margin(kPitch) + 2.0 * kNoise));
@@ -89,8 +89,7 @@ TEST_CASE("noise on a wall makes no scallops of its own") {
 
 TEST_CASE("rests of film beside edges, and edges that are missing, change no pitch") {
     constexpr double kPitch = 0.394;
-    // Beside the second, fifth and last edge a rest stands out as far as an edge does, and the seventh is
-    // gone.
+    // Beside the second, fifth and last edge a residue stands out as far as an edge; the seventh is missing.
     const auto wall = [](double z) {
         const double edge = std::round(z / kPitch), from = z - edge * kPitch;
         if (edge == 7.0) return 1.0 + kArc;
@@ -119,7 +118,7 @@ TEST_CASE("a note tells that cycles times the pitch are not the depth") {
     CHECK(scallop_note(recipe, Json{{"scallop_pitch", 0.226}, {"depth", 3.94}})
               .find("10 cycles of 0.226 um are 2.26 um") != std::string::npos);
     CHECK(scallop_note(recipe, Json{{"scallop_pitch", nullptr}, {"depth", 3.94}}).empty());
-    // Of 10 cycles down to 3.9 each is 0.39 high: 7.8 cells of 0.05, whether or not any scallop is seen.
+    // With 10 cycles down to 3.9 each is 0.39 high: 7.8 cells of 0.05, whether or not scallops are seen.
     recipe.domain.grid_spacing = 0.05;
     for (const Json& pitch : {Json(0.39), Json(nullptr)})
         CHECK(scallop_note(recipe, Json{{"scallop_pitch", pitch}, {"depth", 3.9}}).find("have 7.8 cells") !=

@@ -33,12 +33,12 @@ Profile filled_by(double film) {
 TEST_CASE("a seam ends where even films on both walls have met highest") {
     for (const double film : {0.5, 0.55, 0.7, 1.5})
         CHECK(seam_depth(filled_by(film), kTrench) == Approx(-std::sqrt(film * film - 0.25)).margin(1e-9));
-    // Half a trench at a mirror, which the film fills.
+    // Half a trench beside a mirror plane, filled by the film.
     Profile half = profile_through({{-2, 0}, {-0.5, 0}, {-0.5, -2}, {0, -2}}), film = filled_by(0.55);
     film.lines[0].points.resize(201);
     half.mirrors = film.mirrors = {-2.0, 0.0};
     CHECK(seam_depth(film, half) == Approx(-std::sqrt(0.55 * 0.55 - 0.25)).margin(1e-9));
-    // Above a void that the open surface does not have.
+    // The seam begins above a void, which is no part of the open surface.
     const Profile notch = profile_through({{-2, 0.3}, {-0.3, 0.3}, {0, -0.4}, {0.3, 0.3}, {2, 0.3}});
     CHECK(seam_depth(notch, kTrench) == Approx(0.4));
 }
@@ -52,6 +52,6 @@ TEST_CASE("films that have not met, or have come from the floor alone, leave no 
             profile_through({{-2, 0}, {-0.5, 0}, {-0.5, level}, {0.5, level}, {0.5, 0}, {2, 0}});
         CHECK(std::isnan(seam_depth(risen, kTrench)));
     }
-    CHECK(std::isnan(seam_depth(profile_through({{-2, 0.1}, {2, 0.1}}), kTrench)));  // polished
+    CHECK(std::isnan(seam_depth(profile_through({{-2, 0.1}, {2, 0.1}}), kTrench)));  // after polishing
     CHECK(std::isnan(seam_depth(profile_through({{-2, 0.1}, {2, 0.1}}), profile_through({{-2, 0}, {2, 0}}))));
 }

@@ -46,7 +46,7 @@ TEST_CASE(
             }
         }
     }
-    // As published with the direction numbers.
+    // The first points, as published with the direction numbers.
     const double known[8][3] = {{0.5, 0.5, 0.5},       {0.75, 0.25, 0.25},      {0.25, 0.75, 0.75},
                                 {0.375, 0.375, 0.625}, {0.875, 0.875, 0.125},   {0.625, 0.125, 0.875},
                                 {0.125, 0.625, 0.375}, {0.1875, 0.3125, 0.9375}};

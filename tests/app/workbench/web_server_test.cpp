@@ -14,7 +14,7 @@
 #include <thread>
 #include <vector>
 
-// The server and what it refuses, by requests written byte for byte.
+// The server's answers and refusals, with requests written byte for byte.
 namespace {
 
 using sidewall::app::WebReply;
@@ -58,7 +58,7 @@ class Server {
     std::string host() const { return "127.0.0.1:" + std::to_string(port); }
     std::string cookie() const { return "sidewall_" + std::to_string(port) + "=" + kToken; }
 
-    // A request with these lines of header, or others in place of Host and Cookie.
+    // A request with further lines of header, or with other lines in place of Host and Cookie.
     std::string request(const std::string& target, const std::string& more = "",
                         const std::string& host_line = "", const std::string& cookie_line = "") const {
         return "GET " + target + " HTTP/1.1\r\nHost: " + (host_line.empty() ? host() : host_line) +
@@ -77,7 +77,7 @@ int connected(std::uint16_t port) {
     there.sin_port = htons(port);
     there.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     const timeval patience{.tv_sec = 20, .tv_usec = 0};
-    const int little = 65'536;  // that the system takes off the server's hands
+    const int little = 65'536;  // bytes that the client's side buffers
     setsockopt(client, SOL_SOCKET, SO_RCVBUF, &little, sizeof little);
     setsockopt(client, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
     REQUIRE(connect(client, reinterpret_cast<const sockaddr*>(&there), sizeof there) == 0);
@@ -92,7 +92,7 @@ std::string all_from(int client) {
     return text;
 }
 
-// What the server answers to bytes.
+// The server's answer to these bytes.
 std::string answer(std::uint16_t port, const std::string& bytes) {
     const int client = connected(port);
     if (send(client, bytes.data(), bytes.size(), MSG_NOSIGNAL) >= 0) shutdown(client, SHUT_WR);
@@ -127,7 +127,7 @@ TEST_CASE("only a browser with the token, on this machine's own address and orig
     CHECK(asked(server.request("/", "", "", other)) == 403);
     CHECK(asked(server.request("/?key=" + kToken.substr(1), "", "", "none")) == 403);
     CHECK(asked(server.request("/api/contents?key=" + kToken, "", "", "none")) == 403);
-    // Names that another site may let resolve to this machine, another port, no host, two.
+    // Host names that another site may let resolve to this machine, another port, no host, two hosts.
     for (const std::string host : {"evil.example", "127.0.0.1", "127.0.0.1:1", "evil.example:80", "0.0.0.0"})
         CHECK(asked(server.request("/", "", host)) == 403);
     CHECK(asked("GET / HTTP/1.0\r\nCookie: " + server.cookie() + "\r\n\r\n") == 403);
@@ -160,7 +160,7 @@ TEST_CASE("a request that is refused is answered before its body has come", "[fo
     const std::string announced = "Content-Length: 3000000\r\n";
     CHECK(status(answer(server.port, server.request("/api/save", announced, "", "none"))) == 403);
     CHECK(status(answer(server.port, server.request("/api/save", announced, "evil.example"))) == 403);
-    CHECK(status(answer(server.port, server.request("/api/save", announced))) == 0);  // it is waited for
+    CHECK(status(answer(server.port, server.request("/api/save", announced))) == 0);  // waits for the body
     CHECK(server.handled == 0);
 }
 
@@ -177,7 +177,7 @@ TEST_CASE("what all requests and answers hold is bounded: beyond it a client is 
         const bool whole = recv(client, line.data(), line.size(), MSG_WAITALL) == 12;
         return whole ? std::stoi(std::string(line.data() + 9, 3)) : 0;
     };
-    // Answers of 12 MB that nobody takes: two fit in.
+    // Answers of 12 MB that nobody reads: two fit into the bound.
     std::vector<int> clients;
     int taken = 0, refused = 0;
     for (int k = 0; k < 40; ++k) clients.push_back(begun(server.request("/large")));
@@ -196,7 +196,7 @@ TEST_CASE("what all requests and answers hold is bounded: beyond it a client is 
         again = status(answer(server.port, server.request("/large")));
     }
     CHECK(again == 200);
-    // Of bodies that are announced and do not come, two of 3 MB, which count thrice.
+    // Announced bodies that do not arrive: two of 3 MB fit, as each counts three times.
     clients.clear();
     const std::string announced = server.request("/api/save", "Content-Length: 3000000\r\n");
     for (int k = 0; k < 2; ++k) clients.push_back(begun(announced));

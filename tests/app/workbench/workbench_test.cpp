@@ -18,7 +18,7 @@
 #include "app/workbench/runs.hpp"
 #include "tests/folder.hpp"
 
-// What the page may reach in the opened folder, and what it is told; requests that need no other process.
+// What the page may reach and learn of the opened folder; requests that need no other process.
 namespace {
 
 namespace fs = std::filesystem;
@@ -128,14 +128,14 @@ TEST_CASE("a recipe is saved as it was typed, and not over a change that the pag
     std::ofstream(opened.inside.path / "a.toml") << "by an editor\n";
     CHECK(Json::parse(opened.post("/api/save", saving).body)["changed"] == true);
     CHECK(text_of(opened.inside.path / "a.toml") == "by an editor\n");
-    // A new one: in a folder that is made, and not over one that is there.
+    // A new file is saved in a folder that is created for it, but not over an existing file.
     CHECK(
         Json::parse(opened.post("/api/save", {{"path", "new/c.toml"}, {"text", typed}, {"digest", ""}}).body)
             .contains("digest"));
     CHECK(text_of(opened.inside.path / "new/c.toml") == typed);
     CHECK(Json::parse(opened.post("/api/save", {{"path", "a.toml"}, {"text", "x"}, {"digest", ""}})
                           .body)["changed"] == true);
-    // One that was removed meanwhile is written anew when the page has asked.
+    // A file that was removed meanwhile is written again once the page has asked its user.
     fs::remove(opened.inside.path / "a.toml");
     const Json removed = Json::parse(opened.post("/api/save", saving).body);
     CHECK(removed["changed"] == true);
@@ -180,7 +180,7 @@ TEST_CASE("results with a link among them are not listed, and a report reads non
     CHECK_THROWS_AS(opened.folder.refuse_links("results/below"), NotInside);
     CHECK(opened.get("/api/results", "run", "results/below").status == 404);
     fs::remove(results / "good/timeline.csv");
-    mkfifo((results / "good/timeline.csv").c_str(), 0600);  // whoever opened it would wait for ever
+    mkfifo((results / "good/timeline.csv").c_str(), 0600);  // opening this pipe would block for ever
     CHECK(opened.folder.contents().results == std::vector<std::string>{"results/below"});
     CHECK_THROWS_AS(last_of_timeline(results / "good/timeline.csv"), sidewall::FileError);
 }
@@ -238,7 +238,7 @@ TEST_CASE(
         if (name == "fit.json") std::ofstream(one / "sweep.json") << R"({"rows": 5})";
         fs::create_symlink(outside / name, one / name);
         Json run = run_json(opened.folder, "results/one");
-        run.erase("stamp");  // times, of the links themselves
+        run.erase("stamp");  // modification times of the links themselves
         CHECK(run["state"] == "stopped");
         CHECK(run.dump().find("77") == std::string::npos);
         CHECK(run.dump().find("secret") == std::string::npos);
@@ -373,7 +373,7 @@ TEST_CASE("a table of runs has the first figures of many, and says so", "[foreig
     CHECK(table["note"].get<std::string>().find("60") != std::string::npos);
 }
 
-TEST_CASE("writes 17 MB", "[.]") {  // asked by the next one
+TEST_CASE("writes 17 MB", "[.]") {  // run by the next test
     std::cout << std::string(17'000'000, 'x');
 }
 
@@ -496,7 +496,7 @@ radius = 0.5
     CHECK(view["outlines"][1].size() == 64);
     CHECK(view["frames"][0]["layers"].size() <= 13);
     CHECK(view["note"].get<std::string>().find("13 in all, of 121") != std::string::npos);
-    CHECK(view["max"][2].get<double>() == Approx(0.0).margin(0.01));  // as high as the recipe's
+    CHECK(view["max"][2].get<double>() == Approx(0.0).margin(0.01));  // the height of the recipe's wafer
 }
 
 TEST_CASE("keys of an effective recipe have the paths that --set takes") {

@@ -23,15 +23,15 @@ using namespace app;
 namespace {
 
 using Values = std::vector<double>;
-constexpr std::uint64_t kLimitSeed = 2'000'003, kLimitRepeats = 4;  // away from other seeds; at least two
-// Rays an unknown: of all repeats of a limit, and of one of radiosity's to begin with.
+constexpr std::uint64_t kLimitSeed = 2'000'003, kLimitRepeats = 4;  // not used elsewhere; at least two
+// Rays an unknown: of all repeats of a limit together, and of radiosity's first repeat.
 constexpr double kMostLimitRays = 512.0, kFirstRadiosityRays = 16.0;
-constexpr double kMostGathered = 5.0;  // rays of one repeat over those of a trace; what lies beyond is scaled
+constexpr double kMostGathered = 5.0;  // radiosity rays of a repeat over a trace's, at most; beyond, scaled
 constexpr int kTenths = 10;
 constexpr double kFacesUp = 0.707;  // cosine of 45 degrees
 
 struct Mean {
-    double value = 0.0, variance = 0.0;  // of the mean
+    double value = 0.0, variance = 0.0;  // variance of the mean
 };
 
 // Mean of value(repeat) over some repeats.
@@ -49,11 +49,11 @@ Mean mean_over(std::size_t repeats, const Value& value) {
 struct TracedMesh {
     const SimplifiedMesh& of;
     MeshFlux flux;
-    // What either method converges to, at the vertices of the surface, by repeat.
+    // Limits of either method with ever more rays, at the vertices of the surface, by repeat.
     std::vector<Values> top_down_limit, radiosity_limit;
 };
 
-// The ways to the flux of one sticking.
+// The comparison of methods at one sticking probability.
 struct Case {
     const FiveWaysOptions& options;
     double sticking;
@@ -109,7 +109,7 @@ FluxRuns repeated(const Case& c, const TracedMesh& mesh, double rays, bool radio
     return runs;
 }
 
-// Radiosity with twice as many rays again and again, until it gets there at every depth.
+// Radiosity with the rays doubled until it reaches the target at every depth.
 FluxRuns radiosity_runs(const Case& c, const TracedMesh& mesh) {
     const double fewest = kFirstRadiosityRays * static_cast<double>(mesh.flux.wedges.count());
     for (double rays = fewest;; rays *= 2.0) {
@@ -144,7 +144,7 @@ Json way_json(const Case& c, const char* way, const std::string& variant, const 
                 {"seconds", number_or_null(slowest)}};
 }
 
-// Top-down fluxes averaged over neighbours more and more often.
+// Adds top-down fluxes that are averaged over neighbours in more and more rounds.
 void add_smoothed_ways(const Case& c, FluxRuns runs, Json& ways) {
     const TriangleMesh& surface = c.meshes.front().of.mesh;
     int done = 0;
@@ -160,7 +160,7 @@ void add_smoothed_ways(const Case& c, FluxRuns runs, Json& ways) {
     }
 }
 
-// Marks one variant of every way: the fastest, or the least biased where none gets there.
+// Marks one variant of every method: the fastest, or the least biased where none reaches the target.
 void mark_best(Json& ways) {
     const auto order = [](const Json& way) {
         return std::pair{way["seconds"].is_null() ? kInfinity : way["seconds"].get<double>(),
@@ -186,7 +186,7 @@ Json case_json(const Case& c) {
     return Json{{"sticking", c.sticking}, {"target", c.options.target}, {"ways", std::move(ways)}};
 }
 
-// What make() returns; the CPU seconds that it takes are added.
+// Returns make() and adds the CPU seconds that it takes.
 template <class Make>
 auto timed(double& seconds, Make&& make) {
     const double start = cpu_seconds();
@@ -353,7 +353,7 @@ std::vector<double> MeshFlux::traced(double rays, double sticking, std::uint64_t
 
 std::vector<double> MeshFlux::solved(double rays, double sticking, std::uint64_t seed, bool errors,
                                      double& seconds) const {
-    constexpr double kTolerance = 1e-4;  // as solve_fluxes_to takes for 2 %
+    constexpr double kTolerance = 1e-4;  // the tolerance of solve_fluxes_to for 2 %
     const auto most = static_cast<std::uint64_t>(rays);
     return timed(seconds, [&] {
         const std::vector<double> everywhere(wedges.count(), sticking);
@@ -377,7 +377,7 @@ std::vector<double> MeshFlux::at_vertices(std::span<const double> by_wedge) cons
 
 std::vector<double> smoothed(std::vector<double> values, const TriangleMesh& surface, int rounds) {
     const std::vector<Vec3> normals = triangle_normals(surface);
-    // A triangle passes values on only where it is in line with the vertex: creases stay sharp.
+    // A triangle contributes only where it lies within 40 degrees of the vertex's normal: creases stay sharp.
     std::vector<Vec3> vertex_normal(surface.vertices.size(), Vec3::Zero());
     for (std::size_t t = 0; t < surface.triangles.size(); ++t)
         for (const std::uint32_t v : surface.triangles[t]) vertex_normal[v] += area_vector(surface, t);

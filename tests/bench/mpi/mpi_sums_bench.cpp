@@ -1,4 +1,4 @@
-// What a sum over the ranks costs: bytes, and seconds of the fastest of several, slowest rank.
+// Cost of a sum over the ranks: bytes, and seconds of the slowest rank in the fastest of several sums.
 //   mpirun -n 2 build/release/bench/mpi_sums_bench
 #include <mpi.h>
 

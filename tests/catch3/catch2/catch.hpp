@@ -1,6 +1,6 @@
 #pragma once
-// Catch2 3 under the header and the names of version 2, in which the tests are written. On the include path
-// with version 3 only.
+// Catch2 version 3 under the header and names of version 2, in which the tests are written. This folder is on
+// the include path only where version 3 is installed.
 #include <catch2/catch_approx.hpp>
 #include <catch2/catch_test_macros.hpp>
 #include <catch2/generators/catch_generators_all.hpp>

@@ -1,4 +1,4 @@
-// A trench as a level set, and its surface: as large as its floor, its top and its two walls.
+// The surface of a trench, extracted from its level set, has the area of top, floor and two walls.
 #include <cmath>
 #include <cstdio>
 

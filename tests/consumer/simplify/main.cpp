@@ -1,4 +1,4 @@
-// Coarsens a flat square of 2 * 20 * 20 triangles: its flatness needs no vertex inside.
+// Coarsens a flat square of 2 * 20 * 20 triangles: being flat, it needs no inner vertices.
 #include <cstdio>
 
 #include "simplify/simplify.hpp"
