@@ -76,7 +76,7 @@ std::string unequal(const fs::path& a, const fs::path& b) {
 // Detects system calls that change files.
 class FileOperations {
   public:
-    bool on_grid_edge(const __ptrace_syscall_info& call) {
+    bool is_one(const __ptrace_syscall_info& call) {
         const auto number = call.entry.nr;
         const bool writes = number == SYS_write || number == SYS_writev || number == SYS_pwrite64;
         // Of consecutive writes to one file the first two count.
@@ -132,7 +132,7 @@ bool killed_at(std::size_t operation, const fs::path& folder, const std::vector<
         signal = at_call ? 0 : WSTOPSIG(status);
         __ptrace_syscall_info call{};
         if (!at_call || ptrace(PTRACE_GET_SYSCALL_INFO, child, sizeof call, &call) <= 0) continue;
-        if (call.op != PTRACE_SYSCALL_INFO_ENTRY || !operations.on_grid_edge(call) || count++ < operation)
+        if (call.op != PTRACE_SYSCALL_INFO_ENTRY || !operations.is_one(call) || count++ < operation)
             continue;
         kill(child, SIGKILL);
         waitpid(child, &status, 0);
