@@ -271,8 +271,8 @@ std::vector<levelset::Polygon> drawn_outlines(const Layer& layer, const std::str
     polygons = flatten(layout, layer.cell.empty() ? tops[0] : layer.cell, static_cast<int>(layer.gds_layer),
                        static_cast<int>(layer.gds_datatype), missing);
     if (note != nullptr && !missing.empty())
-        *note = "the layout refers to cells that are not in the file, and is drawn without: " +
-                first_of(missing);
+        *note =
+            "the layout refers to cells that are not in the file, and is drawn without: " + first_of(missing);
     if (polygons.empty())
         raise_key("gds_layer", "the cell has no polygon on layer {}, datatype {}", layer.gds_layer,
                   layer.gds_datatype);

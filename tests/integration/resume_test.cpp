@@ -132,8 +132,7 @@ bool killed_at(std::size_t operation, const fs::path& folder, const std::vector<
         signal = at_call ? 0 : WSTOPSIG(status);
         __ptrace_syscall_info call{};
         if (!at_call || ptrace(PTRACE_GET_SYSCALL_INFO, child, sizeof call, &call) <= 0) continue;
-        if (call.op != PTRACE_SYSCALL_INFO_ENTRY || !operations.is_one(call) || count++ < operation)
-            continue;
+        if (call.op != PTRACE_SYSCALL_INFO_ENTRY || !operations.is_one(call) || count++ < operation) continue;
         kill(child, SIGKILL);
         waitpid(child, &status, 0);
         return true;
