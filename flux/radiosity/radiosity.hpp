@@ -46,7 +46,7 @@ struct SolveOptions {
 /// A solved flux, per triangle, wedge and vertex like the tracer's (TallyFlux).
 struct RadiosityFlux : TallyFlux {
     double relative_error = 0.0;  ///< root of the sum of the squares of the next two; 0 without errors
-    /// Error of the rays: sum(area * standard error) / sum(area * flux) over vertices, as in FluxResult.
+    /// Error of the rays: sum(area * standard error) / sum(area * flux), over vertices whose flux depends on rays.
     double statistical_error = 0.0;
     /// Error of the linear elements: sum(area * rms error) / sum(area * flux) over triangles (residual.hpp),
     /// together with that of the absorption where sticking varies over an element.
