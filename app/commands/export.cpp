@@ -240,6 +240,7 @@ void make_round(const ExportArguments& arguments, Kind kind, Result& result) {
     if ((kind != Kind::surface && kind != Kind::blocks) || arguments.around == 0) return;
     result.surface = revolved(result.surface, arguments.around);
     for (TriangleMesh& mesh : result.interfaces) mesh = revolved(mesh, arguments.around);
+    std::erase_if(result.metadata.texts, [](const auto& text) { return text.first == "symmetry"; });
 }
 
 void run(const ExportArguments& arguments) {

@@ -174,9 +174,10 @@ void require_measure(const Recipe& recipe, const std::string& name, const std::s
         require_measure(recipe, figure->of, key);
     if (figure && figure->kind == FigureKind::thickness) {
         const int axis = surface::parse_plane(recipe.metrology.cut).normal.x() != 0.0 ? 1 : 0;
-        const double half = 0.5 * recipe.domain.extent[static_cast<std::size_t>(axis)];
-        if (!(std::abs(figure->at) < half))
-            raise_key(key, "{}: lies outside the domain, which ends at +-{:g}", name, half);
+        const double extent = recipe.domain.extent[static_cast<std::size_t>(axis)],
+                     low = is_axial(recipe.domain) ? 0.0 : -0.5 * extent, high = low + extent;
+        if (!(figure->at < high && (figure->at > low || figure->at == 0.0)))
+            raise_key(key, "{}: lies outside the domain, from {:g} to {:g}", name, low, high);
     }
     const auto word = word_of(recipe, name);
     if (!figure && word && *word != name)

@@ -90,7 +90,7 @@ void check_height(const Layer& layer, double top, double spacing) {
                                  "grid_spacing",
                                  std::abs(z) / spacing, kMostCells));
     };
-    check(layer.shape == "stack" ? "thicknesses" : "top", top);
+    check(layer.shape == "stack" ? "thicknesses" : "top", layer.top.value_or(top));
     check("depth", layer.depth.value_or(0.0));
     check("height", layer.height);
     check("base", layer.base.value_or(0.0));
@@ -152,6 +152,10 @@ void read_layers(const toml::table& root, Recipe& recipe) {
         read_keys(*tables[i], path, "a " + layer.shape, keys_of(layer), reading);
         located(*tables[i], path, [&] {
             const double below = i == 0 ? -kInfinity : top;
+            if (layer.thickness && !layer.base && i > 0 && recipe.layers.front().shape == "mesh")
+                recipe.notes.push_back(fmt::format(
+                    "{}.thickness counts from z = {:g}: a mesh has no flat surface; give top instead", path,
+                    top));
             place_layer(layer, i == 0, top, folder);
             check_height(layer, top, recipe.domain.grid_spacing);
             count += layer_count(layer);

@@ -146,18 +146,21 @@ struct Piece {
     bool reaches = false;  // has an edge in the domain
 };
 
-// The polygons, and the mirror images of those that end on a reflective side.
+// The polygons, and the images beyond a side of those that end there: mirror images, or, on a periodic side,
+// shifted ones.
 std::vector<Polygon> with_images(std::vector<Polygon> polygons, const levelset::Domain& domain) {
     for (std::size_t a = 0; a < 2; ++a) {
-        const double tiny = kRounding * (domain.max[a] - domain.min[a]);
-        for (std::size_t k = polygons.size(); domain.side[a] == levelset::Side::reflective && k-- > 0;) {
+        const double length = domain.max[a] - domain.min[a], tiny = kRounding * length;
+        for (std::size_t k = polygons.size(); k-- > 0;) {
             const Bounds bounds = outline_bounds(polygons[k]);
             for (const double side : {domain.min[a], domain.max[a]}) {
                 const double end = side == domain.min[a] ? bounds.min()[static_cast<Eigen::Index>(a)]
                                                          : bounds.max()[static_cast<Eigen::Index>(a)];
                 if (std::abs(end - side) > tiny) continue;
                 Polygon image = polygons[k];
-                for (Corner& p : image) p[a] = 2.0 * side - p[a];
+                const double shift = side == domain.min[a] ? length : -length;
+                for (Corner& p : image)
+                    p[a] = domain.side[a] == levelset::Side::reflective ? 2.0 * side - p[a] : p[a] + shift;
                 polygons.push_back(std::move(image));
             }
         }

@@ -162,7 +162,9 @@ void refuse_off_axis(const Layer& layer) {
         refuse("length", "the cylinder is a ring along y", "drop the length");
     if (shape == "gap" && layer.span) refuse("width", "the gap is a ring", "drop the width");
     if (layer.position[1] != 0.0) refuse("position", "the shape lies beside y = 0", "give its y as 0");
-    const double x = layer.position[0], half = shape == "cylinder" ? layer.radius : 0.5 * layer.width;
+    const double x = layer.position[0], half = shape == "cylinder" ? layer.radius
+                                               : shape == "gap"    ? 0.5 * layer.length.value_or(0.0)
+                                                                   : 0.5 * layer.width;
     if (ring && shape != "profile" && (x < 0.0 || (x > 0.0 && x < half)))
         refuse("position", "the ring reaches over the axis", "give its x as 0, or as half its width or more");
     if (!ring && layer.position[0] != 0.0)

@@ -20,6 +20,7 @@ struct Scanner {
     std::string problem;
     Section section = kNone;
     DataArray* open_array = nullptr;
+    int inside_array = 0;  // elements open within it, such as VTK's InformationKey
     bool root_seen = false;
     long long appended_at = -1;
 
@@ -79,6 +80,7 @@ void XMLCALL on_start(void* user, const char* element, const char** attributes) 
     Scanner& s = *static_cast<Scanner*>(user);
     if (!s.problem.empty()) return;
     const std::string_view name = element;
+    s.inside_array += s.open_array != nullptr;
     if (!s.root_seen) {
         if (name != "VTKFile") return s.fail("is no VTK XML file: export the surface as VTP");
         return start_root(s, attributes);
@@ -106,14 +108,18 @@ void XMLCALL on_start(void* user, const char* element, const char** attributes) 
 void XMLCALL on_end(void* user, const char* element) {
     Scanner& s = *static_cast<Scanner*>(user);
     const std::string_view name = element;
-    if (name == "DataArray" || name == "Array") s.open_array = nullptr;
+    if (s.inside_array > 0)
+        --s.inside_array;
+    else if (name == "DataArray" || name == "Array")
+        s.open_array = nullptr;
     for (const auto& [section_name, section] : kSectionNames)
         if (name == section_name) s.section = kNone;
 }
 
 void XMLCALL on_text(void* user, const char* text, int length) {
     Scanner& s = *static_cast<Scanner*>(user);
-    if (s.open_array) s.open_array->text.append(text, static_cast<std::size_t>(length));
+    if (s.open_array && s.inside_array == 0)
+        s.open_array->text.append(text, static_cast<std::size_t>(length));
 }
 
 /// Reads the bytes of one array, raw or from base64 text; several base64 streams may follow one another.

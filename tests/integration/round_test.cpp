@@ -281,6 +281,22 @@ TEST_CASE("rings that reach over the axis are refused") {
                   "[[layer]]\nmaterial = \"Si\"\nshape = \"trench\"\nwidth = 1.0\ndepth = 1.0\nposition = [" +
                   position + ", 0.0]\n" + kSticking)
                   .find("the ring reaches over the axis") != std::string::npos);
+    const std::string gap = kRoundDomain +
+                            "[[layer]]\nmaterial = \"Si\"\n[[layer]]\nshape = \"gap\"\nsubtract = true\n" +
+                            "z = -1.0\nlength = 1.0\nheight = 0.3\n";
+    CHECK(refusal(gap + "position = [0.2, 0.0]\n" + kSticking).find("the ring reaches over the axis") !=
+          std::string::npos);
+    CHECK(refusal(gap + "position = [0.5, 0.0]\n" + kSticking) == "accepted");
+}
+
+TEST_CASE("a round wafer's thickness is measured from its axis to its edge") {
+    const auto measured_at = [](const std::string& x) {
+        return refusal(kRoundHole + kSticking + "[metrology]\nmeasures = [\"thickness_SiO2_at_" + x +
+                       "\"]\n");
+    };
+    for (const std::string x : {"0", "0.5", "1.9"}) CHECK(measured_at(x) == "accepted");
+    for (const std::string x : {"-0.2", "2.1"})
+        CHECK(measured_at(x).find("lies outside the domain, from 0 to 2") != std::string::npos);
 }
 
 TEST_CASE("both ends of a ring have its flux in files, and no command takes its strip for a surface") {
@@ -302,6 +318,9 @@ TEST_CASE("both ends of a ring have its flux in files, and no command takes its 
     CHECK(again.output.find("round wafer") != std::string::npos);
     CHECK(test::run_program(folder.path, "export out -o cut.csv --cut x=0.5").exit_code == 2);
     CHECK(test::run_program(folder.path, "export out -o cut.csv --cut y=0").exit_code == 0);
+    // The surface all around is one.
+    REQUIRE(test::run_program(folder.path, "export out -o around.vtp").exit_code == 0);
+    CHECK(test::run_program(folder.path, "flux around.vtp --boundary open -o flux.csv").exit_code == 0);
 }
 
 TEST_CASE("fluxes averaged over a round floor are those of the wafer in space", "[slow]") {

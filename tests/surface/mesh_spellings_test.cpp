@@ -137,6 +137,11 @@ TEST_CASE("a number followed by anything is refused in every column of every for
                "</PolyData></VTKFile>";
     };
     CHECK_NOTHROW(decode_vtp(vtp("0 0 0 1 0 0 0 +1 0"), "t.vtp"));
+    // VTK writes what it knows of an array within it, which is no value.
+    const std::string key =
+        "<InformationKey name=\"L2_NORM_RANGE\" length=\"2\"><Value index=\"0\">0</Value></InformationKey>";
+    CHECK(decode_vtp(vtp("0 0 0 1 0 0 0 1 0" + key), "t.vtp").vertices ==
+          decode_vtp(vtp("0 0 0 1 0 0 0 1 0"), "t.vtp").vertices);
     for (const std::string bad : {"1,5", "1.5D-01", "1.5um", "0x1", "1e5x", "--1", "+-1", "1'000"}) {
         INFO(bad);
         for (int column = 0; column < 3; ++column) {

@@ -305,6 +305,31 @@ TEST_CASE("notes tell how many cells a narrow shape has, whatever its side of th
     CHECK(turned[0].starts_with("layer[1].polygons[0].points: the narrowest outline is 4.24 cells wide: "));
 }
 
+TEST_CASE("halves of an opening that meet across a side are one, whether it mirrors or repeats",
+          "[foreign]") {
+    const auto notes = [](const std::string& boundary, const std::string& width) {
+        const std::string x = std::to_string(2.0 - std::stod(width));
+        const std::string text =
+            "[domain]\nextent = [4.0, 4.0]\ngrid_spacing = 0.1\nboundary = \"" + boundary +
+            "\"\n[[layer]]\nmaterial = \"Si\"\n[[layer]]\nmaterial = \"Resist\"\nshape = \"mask\"\n"
+            "thickness = 0.5\npolygons = [{points = [-2.0,-1.0,-" +
+            x + ",-1.0,-" + x + ",1.0,-2.0,1.0]}, {points = [" + x + ",-1.0,2.0,-1.0,2.0,1.0," + x +
+            ",1.0]}]\n[[step]]\nmodel = \"isotropic\"\nduration = 1.0\nrate = { Si = -0.1, Resist = 0.0 }\n";
+        return parse_recipe(text, "halves.toml").notes;
+    };
+    CHECK(notes("periodic", "0.15") == notes("reflective", "0.15"));
+    CHECK(notes("periodic", "0.25") == notes("reflective", "0.25"));
+}
+
+TEST_CASE("the top of what is cut out is checked like that of a layer", "[foreign]") {
+    CHECK_THAT(message(kBase, {"layer[0].top=-1e7"}), Contains("cells from z = 0"));
+    const std::string cut =
+        "[domain]\nextent = [4.0]\ngrid_spacing = 0.1\n[[layer]]\nmaterial = \"Si\"\n[[layer]]\n"
+        "shape = \"trench\"\nsubtract = true\nwidth = 1.0\ndepth = 1.0\ntop = -1e7\n[[step]]\n"
+        "model = \"isotropic\"\nduration = 1.0\nrate = -0.1\n";
+    CHECK_THAT(message(cut), Contains("cells from z = 0"));
+}
+
 TEST_CASE("keys go by their former names, too, with a note that says the new one", "[foreign]") {
     const auto beam = [](const std::string& keys) {
         return parse_recipe(
