@@ -17,12 +17,15 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kLeastExponent = 10.0, kWidestBin = 45.0 * kPi / 180.0;
-constexpr std::size_t kAngles = 181;   // table entries at equal steps of sin(polar angle / 2)
-constexpr std::size_t kAzimuths = 13;  // table entries from 0 to pi, for tilted beams
-constexpr std::size_t kBeams = 16;     // for a tilted source over a rotating wafer
-// Sample directions of a beam. A surface of revolution needs more: its shares come from few points, and on
-// its axis all directions of one polar angle give the same answer.
-constexpr std::size_t kDirections = 256, kRoundDirections = 1024;
+constexpr std::size_t kAngles = 181;      // table entries at equal steps of sin(polar angle / 2)
+constexpr std::size_t kAzimuths = 13;     // table entries from 0 to pi, for tilted beams
+constexpr std::size_t kBeams = 16;        // for a tilted source over a rotating wafer
+constexpr std::size_t kDirections = 256;  // samples of a beam for the table
+// Samples of a beam for open shares, of equal weight, powers of two. A profile has few wedges and takes more
+// than a surface in space. A surface of revolution takes most: its shares come from few points, and on its
+// axis all directions of one polar angle give the same answer.
+constexpr std::size_t kInProfile = 256, kInSpace = 32, kInSpaceRotating = 256, kRound = 1024,
+                      kRoundRotating = 256;
 // Lower bound of -d . z in the weight 1 / (-d . z), which diverges at grazing directions.
 constexpr double kMinRise = 1e-2;
 
@@ -39,11 +42,30 @@ Vec3 turned(const Vec3& v, double angle) {
     return {c * v.x() - s * v.y(), s * v.x() + c * v.y(), v.z()};
 }
 
+// The bins sorted by angle, for samples that are stratified over it.
+std::vector<SourceBin> by_angle(std::vector<SourceBin> bins) {
+    std::vector<double> weight;
+    std::vector<std::size_t> order;
+    for (std::size_t k = 0; k < bins.size(); ++k) {
+        weight.push_back(bins[k].until - (k > 0 ? bins[k - 1].until : 0.0));
+        order.push_back(k);
+    }
+    std::ranges::stable_sort(order, {}, [&](std::size_t k) { return bins[k].angle_from + bins[k].angle_to; });
+    std::vector<SourceBin> sorted;
+    double sum = 0.0;
+    for (const std::size_t k : order) {
+        sorted.push_back(bins[k]);
+        sorted.back().until = sum += weight[k];
+    }
+    sorted.back().until = 1.0;
+    return sorted;
+}
+
 // Sample directions of one beam whose axis has azimuth 0, without upward flights. Each is followed by its
 // mirror images, so that symmetric surfaces get symmetric fluxes.
 // \param spread  range of azimuths (radian) that the beam represents.
 std::vector<SourceSample> source_samples(const Species& species, const Vec3& axis, double spread,
-                                         std::size_t images, std::size_t count) {
+                                         std::size_t images, std::size_t count, bool equal_weights) {
     constexpr double kGolden = 0.6180339887498949;
     std::vector<SourceSample> samples;
     std::size_t n = 0;
@@ -61,7 +83,12 @@ std::vector<SourceSample> source_samples(const Species& species, const Vec3& axi
     const auto part = [](std::size_t i, std::size_t of) {
         return (static_cast<double>(i) + 0.5) / static_cast<double>(of);
     };
-    if (species.bins.empty()) {
+    if (equal_weights && !species.bins.empty()) {
+        const std::vector<SourceBin> bins = by_angle(species.bins);
+        for (std::size_t i = 0; i < count; ++i)
+            add(1.0, {},
+                [&](double around) { return sample_bins(bins, axis, part(i, count), around, 0.5).first; });
+    } else if (species.bins.empty()) {
         std::vector<double> energetic;
         for (const Yield& yield : species.yields)
             energetic.push_back(mean_energy_factor(yield, species.energy));
@@ -72,6 +99,7 @@ std::vector<SourceSample> source_samples(const Species& species, const Vec3& axi
     }
     double before = 0.0;
     for (const SourceBin& bin : species.bins) {
+        if (equal_weights) break;
         const std::size_t each = std::max<std::size_t>(4, count / species.bins.size());
         std::vector<double> energetic;
         for (const Yield& yield : species.yields) energetic.push_back(mean_energy_factor(yield, bin));
@@ -177,10 +205,17 @@ DirectFlux::DirectFlux(const Species& species) {
     const Vec3 axis(tilt_sine_, 0.0, tilt_cosine_), across(tilt_cosine_, 0.0, -tilt_sine_);
     const double spread = beams_ > 1 ? 2.0 * kPi / static_cast<double>(beams_) : 0.0;
     images_ = tilted ? 2 : 4;
-    const std::vector<SourceSample> samples = source_samples(species, -axis, spread, images_, kDirections);
-    for (const SourceSample& sample : samples) sample_.push_back({sample.towards, sample.weight});
-    for (const SourceSample& sample : source_samples(species, -axis, spread, 1, kRoundDirections))
-        round_.push_back({sample.towards, sample.weight});
+    const std::vector<SourceSample> samples =
+        source_samples(species, -axis, spread, images_, kDirections, false);
+    const auto looks = [&](std::size_t images, std::size_t count) {
+        std::vector<Direction> result;
+        for (const SourceSample& sample : source_samples(species, -axis, spread, images, count, true))
+            result.push_back({sample.towards, sample.weight});
+        return result;
+    };
+    in_space_ = looks(images_, beams_ > 1 ? kInSpaceRotating : kInSpace);
+    in_profile_ = looks(images_, kInProfile);
+    round_ = looks(1, beams_ > 1 ? kRoundRotating : kRound);
 
     scale_.push_back({1.0});
     for (const Yield& yield : species.yields) scale_.push_back(yield.scale);
@@ -222,14 +257,14 @@ double DirectFlux::azimuth_of(std::size_t beam) const {
 std::vector<DirectFlux::Direction> DirectFlux::towards(std::size_t beam, std::size_t alike) const {
     const double turn = azimuth_of(beam);
     const bool round = alike > 2;
-    const std::vector<Direction>& all = round ? round_ : sample_;
-    const std::size_t each = round ? 1 : images_, groups = all.size() / each,
-                      images = std::max<std::size_t>(1, each / alike),
-                      count = (beams_ > 1 ? 16
-                               : round    ? kRoundDirections
-                                          : 64) /
-                              images,
-                      every = std::max<std::size_t>(1, groups / count);
+    // All samples of a set: every other one would have azimuths that follow from the polar angles.
+    const std::vector<Direction>& all = round ? round_ : alike == 2 ? in_profile_ : in_space_;
+    const std::size_t each = round ? 1 : images_, images = std::max<std::size_t>(1, each / alike),
+                      count = round        ? beams_ > 1 ? kRoundRotating : kRound
+                              : alike == 2 ? kInProfile
+                              : beams_ > 1 ? kInSpaceRotating
+                                           : kInSpace,
+                      groups = all.size() / each;
     // Order by bisection, so that the first few directions span the beam: both ends of the list (narrowest
     // and widest direction of a cos^n source), then midpoints.
     std::vector<std::size_t> order{count - 1, 0};
@@ -240,7 +275,7 @@ std::vector<DirectFlux::Direction> DirectFlux::towards(std::size_t beam, std::si
     std::vector<Direction> directions;
     for (std::size_t first = 0; first < images; first += pair)
         for (std::size_t m = 0; m < order.size(); ++m)
-            if (const std::size_t n = every / 2 + order[m] * every; n < groups)
+            if (const std::size_t n = order[m]; n < groups)
                 for (std::size_t k = 0; k < pair; ++k) {
                     const std::size_t image = (first + (m % 2) * pair) % images + k;
                     const Direction& sample = all[n * each + image];

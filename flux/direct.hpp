@@ -53,9 +53,9 @@ class DirectFlux {
 
     std::size_t beams_ = 1, images_ = 1, azimuths_ = 1;  // images of each sample; azimuths in the table
     double tilt_sine_ = 0.0, tilt_cosine_ = 1.0, azimuth_ = 0.0;  // of the first beam's axis
-    std::vector<Direction> sample_, round_;   // towards the first beam at azimuth 0; for an axial box
-    std::vector<std::vector<double>> scale_;  // by tally, by material or one for all
-    std::vector<double> table_;               // by tally, azimuth and polar angle, at scale 1
+    std::vector<Direction> in_space_, in_profile_, round_;        // towards the first beam at azimuth 0
+    std::vector<std::vector<double>> scale_;                      // by tally, by material or one for all
+    std::vector<double> table_;  // by tally, azimuth and polar angle, at scale 1
 };
 
 /// Visible share of each beam, by beam and wedge: the flux that is not shadowed, divided by that on an

@@ -170,8 +170,10 @@ std::string species_path(std::size_t k) {
 void refuse_duplicate_names(const std::vector<flux::Species>& species) {
     for (std::size_t k = 0; k < species.size(); ++k)
         for (std::size_t other = 0; other < k; ++other)
-            if (species[other].name == species[k].name)
-                throw KeyError(species_path(k) + "name", "is taken; give every species a name of its own");
+            for (const std::string& name : flux::tally_names(species[k]))
+                if (std::ranges::count(flux::tally_names(species[other]), name) > 0)
+                    throw KeyError(species_path(k) + "name",
+                                   "is taken; give every species a name of its own");
 }
 
 std::vector<Key> gas_keys(Gas& gas) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <iterator>
+#include <limits>
 #include <utility>
 
 #include "app/process/arriving/line_of_sight.hpp"
@@ -167,7 +168,9 @@ BareFloor bare_floor(const levelset::MaterialStack& stack, const TriangleMesh& s
     const levelset::FacePoints faces(surface);
     const std::vector<std::uint8_t> feet = feet_of_walls(surface, stack.domain.spacing);
     for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-        const double area = area_from_above(surface, t, sight);
+        // On a round wafer a triangle of the profile stands for a ring, whose area goes as its radius.
+        const double ring = stack.domain.axial ? triangle_centroid(surface, t).x() : 1.0,
+                     area = ring * area_from_above(surface, t, sight);
         if (area <= 0.0) continue;
         const Vec3 point = faces.of(t);
         const Place place = covers.at(point);
@@ -250,7 +253,8 @@ StepEnd end_of(const Recipe& recipe, const Step& step, const RunState& state, co
     end.endpoint_bare = endpoint.bare;
     end.over_etch = state.time - *endpoint.time;
     const double wanted = step.over_etch * (*endpoint.time - state.step_start) + step.over_etch_time;
-    if (end.over_etch >= wanted * (1.0 - 1e-9)) end.stopped_by = endpoint.key;
+    const double rounding = 1e-9 * wanted + 4.0 * std::numeric_limits<double>::epsilon() * state.time;
+    if (end.over_etch >= wanted - rounding) end.stopped_by = endpoint.key;
     return end;
 }
 

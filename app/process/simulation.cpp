@@ -195,9 +195,10 @@ std::vector<levelset::Motion> stage_motions(const Run& run, const Model& model, 
     while (motions.size() < levelset::stage_count(scheme.time_integration)) {
         levelset::MaterialStack reached = levelset::copy(state.stack);
         levelset::advect_to_stage(reached, motions, dt, scheme);
-        const std::uint32_t key = state.time_step | static_cast<std::uint32_t>(motions.size()) << kStageBit;
-        const TracedSurface traced = trace_surface(run.recipe, model, reached, carried,
-                                                   request_of(run, key, false, state), state.timing);
+        const auto stage = static_cast<std::uint32_t>(motions.size());
+        TraceRequest request = request_of(run, state.time_step | stage << kStageBit, false, state);
+        request.time += stage == 1 ? dt : 0.5 * dt;  // of stages of rk2 and rk3
+        const auto traced = trace_surface(run.recipe, model, reached, carried, request, state.timing);
         motions.push_back(surface_motion(model, reached, traced, state.timing));
     }
     return motions;
@@ -362,9 +363,8 @@ RunResult run_recipe(const Recipe& began_with, const RunOptions& options) {
         const Json summary = read_whole_summary(options.output);
         return {levelset::extract_surface(state.stack), summary.at("timing").get<Timing>(), summary};
     }
-    // When a finished run that is to be extended wrote its checkpoint.
-    std::optional<std::filesystem::file_time_type> extended;
-    if (folder.goes_on() && folder.finished())
+    std::optional<std::filesystem::file_time_type> extended;  // when the checkpoint was written
+    if (folder.goes_on() && folder.finished())                // of a finished run
         extended = std::filesystem::last_write_time(options.output / "checkpoint.vdb");
     try {
         folder.begin(state);

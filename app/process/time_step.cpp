@@ -29,13 +29,29 @@ double lowest(const TriangleMesh& surface) {
     return z;
 }
 
+// Distance from a point to a surface, across periodic sides too.
+double distance_to(const surface::RayScene& scene, const levelset::Domain& domain, const Vec3& point) {
+    double least = kInfinity;
+    for (int image = 0; image < 9; ++image) {
+        Vec3 at = point;
+        bool is_image = true;
+        for (const auto& [axis, way] : {std::pair(0, image % 3), std::pair(1, image / 3)}) {
+            const auto a = static_cast<std::size_t>(axis);
+            is_image = is_image && (way == 0 || domain.side[a] == levelset::Side::periodic);
+            at[axis] += (way == 0 ? 0.0 : way == 1 ? 1.0 : -1.0) * (domain.max[a] - domain.min[a]);
+        }
+        if (is_image) least = std::min(least, scene.closest_point(at, 1e30).distance);
+    }
+    return least;
+}
+
 double thickest(const levelset::MaterialStack& stack, const TriangleMesh& surface) {
     if (stack.layers.size() < 2) return 0.0;
     const TriangleMesh below = levelset::extract_surface(stack, stack.layers.size() - 2);
     if (below.triangles.empty()) return 0.0;
     const surface::RayScene scene(below);
     double most = 0.0;
-    for (const Vec3& p : surface.vertices) most = std::max(most, scene.closest_point(p, 1e30).distance);
+    for (const Vec3& p : surface.vertices) most = std::max(most, distance_to(scene, stack.domain, p));
     return most;
 }
 
@@ -169,7 +185,8 @@ levelset::Motion motion_in_time_step(const Recipe& recipe, const Model& model, c
         return surface_motion(model, state.stack, from, state.timing, state.chooses_columns());
     };
     if (!surface.arriving || !surface.arriving->trace || state.begins_step() || model.coverages.transient ||
-        recipe.flux.reuse > 0.0 || recipe.flux.stages == "all")
+        recipe.flux.reuse > 0.0 || recipe.flux.stages == "all" ||
+        state.reuse.since == 0)  // the last trace was of another recipe
         return motion_by(surface);
     const double share = state.time_steps[state.step] == 1 ? 1.0 : 0.5;
     return motion_by(with_later_fluxes(model, state.carried, surface, share));

@@ -74,7 +74,7 @@ std::optional<double> size_in(const Units& units, const std::string& unit) {
 }
 
 void convert_columns(CsvTable& table, const Units& units) {
-    static constexpr std::array<std::string_view, 11> kNeither{"",       "1",       "%",   "eV", "keV", "deg",
+    static constexpr std::array<std::string_view, 10> kNeither{"",       "1",       "%",   "eV", "deg",
                                                                "degree", "degrees", "rad", "K",  "Pa"};
     bool converted = false;
     for (CsvColumn& column : table.columns) {

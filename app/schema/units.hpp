@@ -30,7 +30,7 @@ double seconds_in(const std::string& time_unit);
 std::optional<double> size_in(const Units& units, const std::string& unit);
 
 /// Converts columns that size_in() has a size for to the recipe's units, and adds that to `understood`.
-/// Columns without a unit or in 1, %, eV, keV, degrees, rad, K or Pa stay unchanged.
+/// Columns without a unit or in 1, %, eV, degrees, rad, K or Pa stay unchanged.
 /// \throws FileError for another unit.
 void convert_columns(CsvTable& table, const Units& units);
 

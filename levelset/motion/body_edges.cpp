@@ -120,7 +120,7 @@ bool ends_at(const StackValues& values, std::size_t layer, std::size_t bare_at_p
 struct EdgeNode {
     openvdb::Index node;
     std::uint32_t sample;
-    std::uint8_t body;
+    std::uint32_t body;
 };
 
 std::vector<EdgeNode> edge_nodes(const MaterialStack& stack, const Extension& extension, const Leaf& leaf,
@@ -160,7 +160,7 @@ std::vector<EdgeNode> edge_nodes(const MaterialStack& stack, const Extension& ex
         if (body < bare && extension.thickness[sample * below + body] > in_cells(kBeginsHere)) continue;
         const SurfaceSample& at = extension.samples[sample];
         if (ends(at, body, bare))
-            found.push_back({it.pos(), static_cast<std::uint32_t>(sample), static_cast<std::uint8_t>(body)});
+            found.push_back({it.pos(), static_cast<std::uint32_t>(sample), static_cast<std::uint32_t>(body)});
     }
     return found;
 }

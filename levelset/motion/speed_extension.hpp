@@ -43,8 +43,8 @@ struct Extension {
     std::vector<float> thickness{};
     /// By sample of a node at a body's edge, which follow all others: the body's layer; see find_bodies.
     /// kNoBody: the node moves like any other.
-    std::vector<std::uint8_t> body{};
-    static constexpr std::uint8_t kNoBody = 255;
+    std::vector<std::uint32_t> body{};
+    static constexpr std::uint32_t kNoBody = 0xffffffffu;
     std::vector<std::uint32_t> nearest{};  ///< by edge node: the sample of the surface point nearest to it
     /// By edge node: its closest surface point lies on the cover's edge, so that no other front reaches it
     /// sooner. Empty: all.

@@ -174,8 +174,10 @@ Polygon closed_profile(const Shape& shape, bool open, double far) {
 Body profile(const Shape& shape, const Domain& domain) {
     require(shape.profile.size() > 1, "a profile needs two points");
     const bool open = shape.profile.front() != shape.profile.back();
-    double low = kInfinity, high = -low;
+    double low = kInfinity, high = -low, left = low, right = high;
     for (const auto& p : shape.profile) {
+        left = std::min(left, p[0]);
+        right = std::max(right, p[0]);
         low = std::min(low, p[1]);
         high = std::max(high, p[1]);
         require(!shape.revolved || p[0] >= 0.0, "a profile of revolution has x at least 0");
@@ -183,9 +185,12 @@ Body profile(const Shape& shape, const Domain& domain) {
     const auto index = std::make_shared<const PolygonIndex>(
         std::vector<Polygon>{closed_profile(shape, open, far_away(domain))});
     const double sign = open && shape.subtract ? -1.0 : 1.0;  // the space above the curve is removed
+    // On a periodic axis points are wrapped to half a period about the middle of the profile.
+    const double middle = shape.revolved ? 0.0 : 0.5 * (left + right);
     return {[=, top = shape.top, revolved = shape.revolved](const Vec3& p) {
-                const Vec3 q = local(p, shape, top, domain);
-                return sign * index->signed_distance(revolved ? std::hypot(q.x(), q.y()) : q.x(), q.z());
+                const Vec3 q = local(p - middle * Vec3::UnitX(), shape, top, domain);
+                return sign *
+                       index->signed_distance(revolved ? std::hypot(q.x(), q.y()) : q.x() + middle, q.z());
             },
             shape.top + low, shape.top + high, !open};
 }

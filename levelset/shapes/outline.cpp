@@ -86,6 +86,8 @@ double wrapped(double offset, const Domain& domain, int axis) {
 
 Outline outline(const Shape& shape, const Domain& domain) {
     Outline inside = figure(shape, domain);
+    if (domain.axial)  // nodes lie beside the plane of r and z
+        inside = [inside = std::move(inside)](double x, double) { return inside(x, 0.0); };
     if (shape.openings) return inside;
     return [inside = std::move(inside)](double x, double y) { return -inside(x, y); };
 }

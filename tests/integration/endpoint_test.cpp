@@ -283,3 +283,79 @@ TEST_CASE("the tutorial's contact is open on finer grids, too", "[slow]") {
     check_contact(0.05);
     check_contact(0.025);
 }
+
+TEST_CASE("the bare share of a round wafer's floor goes by area") {
+    const json step = step_of(R"([domain]
+extent = [1.5]
+symmetry = "axial"
+grid_spacing = 0.025
+[[layer]]
+material = "Si"
+[[layer]]
+material = "SiO2"
+shape = "hole"
+radius = 0.5
+thickness = 0.2
+[[layer]]
+material = "Mask"
+shape = "hole"
+radius = 1.0
+thickness = 0.3
+[[step]]
+model = "isotropic"
+duration = 0.01
+rate = { SiO2 = -0.1 }
+stop_material = "Si"
+)");
+    CHECK(number(step["bare"]) == Approx(0.25).margin(0.01));  // (0.5 / 1.0)^2
+}
+
+TEST_CASE("a film is as thick beside a periodic side as in the middle") {
+    const auto until = [](const std::string& x) {
+        return number(step_of(R"([domain]
+extent = [4.0]
+grid_spacing = 0.05
+boundary = "periodic"
+[[layer]]
+material = "Si"
+[[layer]]
+material = "SiO2"
+shape = "fin"
+width = 1.0
+height = 1.0
+position = [)" + x + R"(, 0.0]
+[[step]]
+model = "isotropic"
+duration = 10.0
+rate = 0.1
+deposit = "Si3N4"
+stop_thickness = 0.4
+)")["duration"]);
+    };
+    CHECK(until("1.45") == Approx(until("0.0")).epsilon(1e-6));
+}
+
+TEST_CASE("an over-etch that is made whole late in a long process is said to be") {
+    const std::string
+        first = kEndpointStrip +
+                "[[step]]\nmodel = \"directional\"\nduration = 90000.0\ndirectional = { Si = -1e-9 }\n",
+        etch =
+            "[[step]]\nmodel = \"directional\"\nduration = 1.0\ndirectional = { Si = -1.0 }\nover_etch = 0.001\nstop_depth = ";
+    const std::string text = first + etch + "0.1\n" + etch + "0.2\n" + etch + "0.3\n";
+    for (const std::size_t step : {1, 2, 3}) CHECK(step_of(text, step)["stopped_by"] == "stop_depth");
+}
+
+TEST_CASE("a law that names the time is of the scheme's order with a flux for every stage") {
+    const json step = step_of(kEndpointStrip + R"([[step]]
+model = "formula"
+species = [{ name = "F" }]
+duration = 1.0
+rate = "-0.2 * F * time"
+[flux]
+stages = "all"
+rays = 1000
+[advection]
+time_integration = "rk3"
+)");
+    CHECK(number(step["mean_rate"]) == Approx(-0.1).epsilon(1e-3));
+}

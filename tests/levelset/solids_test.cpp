@@ -173,6 +173,19 @@ TEST_CASE("a trench goes through a wafer of any size, in whatever unit lengths a
     }
 }
 
+TEST_CASE("a profile that lies on one side of its origin is whole on a periodic wafer") {
+    const Domain domain = test::unit_domain(40, Side::periodic);
+    Shape block = shape(ShapeKind::profile);
+    block.revolved = false;
+    block.profile = {{0.0, 0.0}, {30.0, 0.0}, {30.0, 10.3}, {0.0, 10.3}, {0.0, 0.0}};
+    for (const double x : {-15.2, 3.1}) {
+        block.position = {x, 0.0};
+        const double volume =
+            test::volume_above_zero(make_stack(domain, {{0, Shape{}}, {1, block}}).top(), domain);
+        CHECK(volume == Approx(30.0 * 10.3 * 40.0).margin(tolerance(4000.0, 0.0, 1.0, 160.0)));
+    }
+}
+
 TEST_CASE("an outline that runs along its axis of revolution has no wall there") {
     Shape ball = shape(ShapeKind::profile);
     const double r = 9.3;

@@ -108,7 +108,13 @@ std::vector<std::uint8_t> sealed_samples(const levelset::MaterialStack& stack, c
     sealed.resize(extension.samples.size());
     const surface::RayScene scene(surface.raw);
     tbb::parallel_for(std::size_t{0}, sealed.size(), [&](std::size_t n) {
-        const Vec3 foot = levelset::surface_point(extension.samples[n], domain);
+        Vec3 foot = levelset::surface_point(extension.samples[n], domain);
+        for (std::size_t axis = 0; axis < 2; ++axis) {  // it may lie beyond a periodic side
+            if (domain.side[axis] != levelset::Side::periodic) continue;
+            double& at = foot[static_cast<Eigen::Index>(axis)];
+            const double length = domain.max[axis] - domain.min[axis];
+            at += at < domain.min[axis] ? length : at > domain.max[axis] ? -length : 0.0;
+        }
         if (const auto nearest = scene.closest_point(foot, domain.spacing))
             sealed[n] = triangles[nearest.triangle];
     });
