@@ -47,6 +47,15 @@ TEST_CASE("a comparison ends with a sentence that says whether simplification pa
                Catch::StartsWith("Simplification made no difference: "));
 }
 
+TEST_CASE("runs that take the rays they need for an accuracy are not said to have equal ones") {
+    Json raw = variant("none", 1.02, 0.0, 0.9, 2900, 0.05, 0.9),
+         one = variant("auto", 0.47, 0.1, 0.3, 500, 0.05, 0.3);
+    raw["rays"] = 120'000.0, one["rays"] = 18'000.0;
+    CHECK_THAT(verdict(raw, one, one),
+               Catch::Contains("which need 15 % of the rays") &&
+                   Catch::Contains("with 15 % of the raw run's rays, as here, the whole run"));
+}
+
 TEST_CASE("a comparison without an error has equal rays, and one without a traced flux nothing to save") {
     const Json exact = variant("none", 2.0, 0.0, 1.0, 1000, 0.0, 1.0);
     CHECK_THAT(compare_verdict({{"variants", {exact, variant("region", 1.5, 0.1, 0.3, 100, 0.0, 0.4)}}}),
