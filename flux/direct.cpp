@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "flux/random.hpp"
 #include "flux/sampling.hpp"
@@ -42,78 +44,94 @@ Vec3 turned(const Vec3& v, double angle) {
     return {c * v.x() - s * v.y(), s * v.x() + c * v.y(), v.z()};
 }
 
-// The bins sorted by angle, for samples that are stratified over it.
-std::vector<SourceBin> by_angle(std::vector<SourceBin> bins) {
-    std::vector<double> weight;
-    std::vector<std::size_t> order;
-    for (std::size_t k = 0; k < bins.size(); ++k) {
-        weight.push_back(bins[k].until - (k > 0 ? bins[k - 1].until : 0.0));
-        order.push_back(k);
-    }
-    std::ranges::stable_sort(order, {}, [&](std::size_t k) { return bins[k].angle_from + bins[k].angle_to; });
-    std::vector<SourceBin> sorted;
-    double sum = 0.0;
-    for (const std::size_t k : order) {
-        sorted.push_back(bins[k]);
-        sorted.back().until = sum += weight[k];
-    }
-    sorted.back().until = 1.0;
-    return sorted;
-}
-
 // Sample directions of one beam whose axis has azimuth 0, without upward flights. Each is followed by its
 // mirror images, so that symmetric surfaces get symmetric fluxes.
-// \param spread  range of azimuths (radian) that the beam represents.
-std::vector<SourceSample> source_samples(const Species& species, const Vec3& axis, double spread,
-                                         std::size_t images, std::size_t count, bool equal_weights) {
-    constexpr double kGolden = 0.6180339887498949;
-    std::vector<SourceSample> samples;
-    std::size_t n = 0;
+class BeamSamples {
+  public:
+    // \param spread  range of azimuths (radian) that the beam represents.
+    BeamSamples(double spread, std::size_t images) : spread_(spread), images_(images) {}
+
     // \param draw  gives the direction for an azimuth about the axis, as a number from 0 to 1.
-    const auto add = [&](double weight, const std::vector<double>& energetic, auto&& draw) {
-        const double around = std::fmod(kGolden * static_cast<double>(++n), 1.0);
-        const Vec3 towards = -turned(draw(around), spread * (std::fmod(16.0 * around, 1.0) - 0.5));
+    template <class Draw>
+    void add(double weight, const std::vector<double>& energetic, Draw&& draw) {
+        constexpr double kGolden = 0.6180339887498949;
+        const double around = std::fmod(kGolden * static_cast<double>(++drawn_), 1.0);
+        const Vec3 towards = -turned(draw(around), spread_ * (std::fmod(16.0 * around, 1.0) - 0.5));
         if (!(towards.z() > 1e-6)) return;
-        for (std::size_t image = 0; image < images; ++image)
-            samples.push_back({{images == 4 && image % 2 == 1 ? -towards.x() : towards.x(),
-                                image == images - 1 || image == 2 ? -towards.y() : towards.y(), towards.z()},
-                               weight,
-                               energetic});
-    };
-    const auto part = [](std::size_t i, std::size_t of) {
-        return (static_cast<double>(i) + 0.5) / static_cast<double>(of);
-    };
-    if (equal_weights && !species.bins.empty()) {
-        const std::vector<SourceBin> bins = by_angle(species.bins);
-        for (std::size_t i = 0; i < count; ++i)
-            add(1.0, {},
-                [&](double around) { return sample_bins(bins, axis, part(i, count), around, 0.5).first; });
-    } else if (species.bins.empty()) {
+        for (std::size_t image = 0; image < images_; ++image)
+            samples_.push_back(
+                {{images_ == 4 && image % 2 == 1 ? -towards.x() : towards.x(),
+                  image == images_ - 1 || image == 2 ? -towards.y() : towards.y(), towards.z()},
+                 weight,
+                 energetic});
+    }
+    std::vector<SourceSample> of_weight_one() && {
+        double sum = 0.0;
+        for (const SourceSample& sample : samples_) sum += sample.weight;
+        for (SourceSample& sample : samples_) sample.weight /= sum;
+        return std::move(samples_);
+    }
+
+  private:
+    double spread_;
+    std::size_t images_, drawn_ = 0;
+    std::vector<SourceSample> samples_;
+};
+
+// Middle of part i of so many equal ones of 0 to 1.
+double part(std::size_t i, std::size_t of) {
+    return (static_cast<double>(i) + 0.5) / static_cast<double>(of);
+}
+
+// Samples with the energy factors of the yields, bin by bin; at least four a bin, by its weight.
+std::vector<SourceSample> samples_by_bin(const Species& species, const Vec3& axis, BeamSamples samples) {
+    if (species.bins.empty()) {
         std::vector<double> energetic;
         for (const Yield& yield : species.yields)
             energetic.push_back(mean_energy_factor(yield, species.energy));
-        for (std::size_t i = 0; i < count; ++i)
-            add(1.0, energetic, [&](double around) {
-                return sample_cosine_power(axis, species.source_exponent, part(i, count), around);
+        for (std::size_t i = 0; i < kDirections; ++i)
+            samples.add(1.0, energetic, [&](double around) {
+                return sample_cosine_power(axis, species.source_exponent, part(i, kDirections), around);
             });
     }
     double before = 0.0;
     for (const SourceBin& bin : species.bins) {
-        if (equal_weights) break;
-        const std::size_t each = std::max<std::size_t>(4, count / species.bins.size());
+        const std::size_t each = std::max<std::size_t>(4, kDirections / species.bins.size());
         std::vector<double> energetic;
         for (const Yield& yield : species.yields) energetic.push_back(mean_energy_factor(yield, bin));
         for (std::size_t i = 0; i < each; ++i)
-            add((bin.until - before) / static_cast<double>(each), energetic, [&](double around) {
+            samples.add((bin.until - before) / static_cast<double>(each), energetic, [&](double around) {
                 const double angle = bin.angle_from + part(i, each) * (bin.angle_to - bin.angle_from);
                 return direction_around(axis, std::cos(angle), std::sin(angle), around);
             });
         before = bin.until;
     }
+    return std::move(samples).of_weight_one();
+}
+
+// The bins sorted by angle, for samples that are stratified over it.
+std::vector<SourceBin> by_angle(std::vector<SourceBin> bins) {
+    for (std::size_t k = bins.size(); k-- > 1;) bins[k].until -= bins[k - 1].until;
+    std::ranges::stable_sort(bins, {}, [](const SourceBin& bin) { return bin.angle_from + bin.angle_to; });
     double sum = 0.0;
-    for (const SourceSample& sample : samples) sum += sample.weight;
-    for (SourceSample& sample : samples) sample.weight /= sum;
-    return samples;
+    for (SourceBin& bin : bins) bin.until = sum += bin.until;
+    if (!bins.empty()) bins.back().until = 1.0;
+    return bins;
+}
+
+// Directions of equal weight, in the order of their angles to the axis.
+std::vector<DirectFlux::Direction> directions(const Species& species, const Vec3& axis, BeamSamples samples,
+                                              std::size_t count) {
+    const std::vector<SourceBin> bins = by_angle(species.bins);
+    for (std::size_t i = 0; i < count; ++i)
+        samples.add(1.0, {}, [&](double around) {
+            return bins.empty() ? sample_cosine_power(axis, species.source_exponent, part(i, count), around)
+                                : sample_bins(bins, axis, part(i, count), around, 0.5).first;
+        });
+    std::vector<DirectFlux::Direction> result;
+    for (const SourceSample& sample : std::move(samples).of_weight_one())
+        result.push_back({sample.towards, sample.weight});
+    return result;
 }
 
 // A point a skin off the surface from which rays test the visibility of the source, with its triangle's
@@ -205,17 +223,11 @@ DirectFlux::DirectFlux(const Species& species) {
     const Vec3 axis(tilt_sine_, 0.0, tilt_cosine_), across(tilt_cosine_, 0.0, -tilt_sine_);
     const double spread = beams_ > 1 ? 2.0 * kPi / static_cast<double>(beams_) : 0.0;
     images_ = tilted ? 2 : 4;
-    const std::vector<SourceSample> samples =
-        source_samples(species, -axis, spread, images_, kDirections, false);
-    const auto looks = [&](std::size_t images, std::size_t count) {
-        std::vector<Direction> result;
-        for (const SourceSample& sample : source_samples(species, -axis, spread, images, count, true))
-            result.push_back({sample.towards, sample.weight});
-        return result;
-    };
-    in_space_ = looks(images_, beams_ > 1 ? kInSpaceRotating : kInSpace);
-    in_profile_ = looks(images_, kInProfile);
-    round_ = looks(1, beams_ > 1 ? kRoundRotating : kRound);
+    const std::vector<SourceSample> samples = samples_by_bin(species, -axis, {spread, images_});
+    const bool rotates = beams_ > 1;
+    in_space_ = directions(species, -axis, {spread, images_}, rotates ? kInSpaceRotating : kInSpace);
+    in_profile_ = directions(species, -axis, {spread, images_}, kInProfile);
+    round_ = directions(species, -axis, {spread, 1}, rotates ? kRoundRotating : kRound);
 
     scale_.push_back({1.0});
     for (const Yield& yield : species.yields) scale_.push_back(yield.scale);
@@ -260,11 +272,7 @@ std::vector<DirectFlux::Direction> DirectFlux::towards(std::size_t beam, std::si
     // All samples of a set: every other one would have azimuths that follow from the polar angles.
     const std::vector<Direction>& all = round ? round_ : alike == 2 ? in_profile_ : in_space_;
     const std::size_t each = round ? 1 : images_, images = std::max<std::size_t>(1, each / alike),
-                      count = round        ? beams_ > 1 ? kRoundRotating : kRound
-                              : alike == 2 ? kInProfile
-                              : beams_ > 1 ? kInSpaceRotating
-                                           : kInSpace,
-                      groups = all.size() / each;
+                      groups = all.size() / each, count = std::bit_ceil(groups);
     // Order by bisection, so that the first few directions span the beam: both ends of the list (narrowest
     // and widest direction of a cos^n source), then midpoints.
     std::vector<std::size_t> order{count - 1, 0};

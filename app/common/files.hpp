@@ -36,7 +36,7 @@ struct HeldElsewhere : IoError {
 };
 
 /// An advisory lock that keeps other processes that ask for it from writing to a folder. The locked file,
-/// DIR/.sidewall.lock, names its holder; the folder is held open, too (surface::HeldFolder). The file is
+/// DIR/.sidewall.lock, names its holder; the folder is held open, too (surface::LockedFolder). The file is
 /// removed at the end. A killed process leaves it, but the system frees the lock. File systems without locks
 /// are written to without one.
 class FolderLock {
@@ -53,7 +53,7 @@ class FolderLock {
     static constexpr const char* kFile = ".sidewall.lock";
 
   private:
-    surface::HeldFolder folder_;
+    surface::LockedFolder folder_;
     const char* name_;
     int file_ = -1;
 };

@@ -98,7 +98,7 @@ std::optional<double> number(std::string text, Style& style) {
     return value;
 }
 
-std::string repair_summary(const CsvTable& table, const Style& style) {
+std::string reading_note(const CsvTable& table, const Style& style) {
     const char* const between = style.delimiter == ','    ? "commas"
                                 : style.delimiter == ';'  ? "semicolons"
                                 : style.delimiter == '\t' ? "tabs"
@@ -229,7 +229,7 @@ CsvTable parse_csv(std::string_view text, const std::string& name, std::size_t m
         throw FileError("{}: holds no row of numbers", name);
     if (style.points && style.commas)
         throw FileError("{}: has decimal points and decimal commas: write all numbers with points", name);
-    table.understood = repair_summary(table, style);
+    table.understood = reading_note(table, style);
     return table;
 }
 

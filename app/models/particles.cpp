@@ -222,6 +222,22 @@ void add_gas(Gas gas, const std::string& path, Model& model) {
     refuse_from(2, "belongs to pressure; give one, or drop this");
 }
 
+Key sputter_threshold_key(double& threshold) {
+    return {"sputter_threshold", &threshold, "eV", "E_sp: ion energy below which nothing is sputtered",
+            kNotNegative};
+}
+
+Key sputter_angle_key(double& coefficient) {
+    return {"sputter_angle", &coefficient, "",
+            "B_sp of the angular factor of sputtering, (1 + B_sp sin^2 theta) cos theta at incidence theta",
+            kNotNegative};
+}
+
+Key enhanced_threshold_key(double& threshold) {
+    return {"enhanced_threshold", &threshold, "eV",
+            "E_ie: ion energy below which ions do not enhance the etching", kNotNegative};
+}
+
 std::vector<Key> reflection_keys(Cone& cone) {
     return {{"cone", &cone.cone, "degree",
              "theta_min: reflected ions leave in a cone about the mirrored direction; its half-angle is 90 "

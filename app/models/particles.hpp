@@ -16,6 +16,11 @@ struct Cone {
 };
 
 std::vector<Key> reflection_keys(Cone& cone);
+
+/// Keys of all models of plasma etching: the thresholds E_sp and E_ie in eV, and B_sp.
+Key sputter_threshold_key(double& threshold);
+Key sputter_angle_key(double& coefficient);
+Key enhanced_threshold_key(double& threshold);
 void set_reflection(const Cone& cone, flux::Species& ion);
 
 /// Ions of a plasma: energy and its standard deviation (eV), exponent n of the source's cos^n, and the

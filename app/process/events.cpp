@@ -147,11 +147,11 @@ std::size_t note_events(const Recipe& recipe, const TriangleMesh& surface,
                         const std::vector<SurfacePiece>& pieces, std::size_t step, RunState& state) {
     const std::size_t before = state.history.events.size();
     if (pieces.empty()) return 0;
-    EventFinder survey{recipe, surface, state, step, pieces};
-    survey.materials();
-    survey.pieces_of(kDetached, &SurfacePiece::hangs, state.history.hanging);
-    survey.pieces_of(kVoidClosed, &SurfacePiece::shuts_in, state.history.voids);
-    survey.ends();
+    EventFinder finder{recipe, surface, state, step, pieces};
+    finder.materials();
+    finder.pieces_of(kDetached, &SurfacePiece::hangs, state.history.hanging);
+    finder.pieces_of(kVoidClosed, &SurfacePiece::shuts_in, state.history.voids);
+    finder.ends();
     return state.history.events.size() - before;
 }
 

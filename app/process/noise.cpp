@@ -61,11 +61,12 @@ std::vector<std::optional<double>> noise_of_time_steps(const Recipe& recipe, con
 }
 
 std::optional<double> noise_allowed(const Recipe& recipe, const std::vector<Step>& steps,
-                                    const std::vector<std::optional<double>>& by_step,
+                                    const std::vector<std::optional<double>>& foreseen_by_step,
                                     const RunState& state) {
-    if (by_step.empty()) return {};
-    const std::optional<double> foreseen = by_step[std::min(state.step, by_step.size() - 1)];
-    if (!foreseen || !recipe.flux.by_accuracy() || state.step >= steps.size()) return foreseen;
+    if (foreseen_by_step.empty()) return {};
+    const std::optional<double> foreseen =
+        foreseen_by_step[std::min(state.step, foreseen_by_step.size() - 1)];
+    if (!foreseen || state.step >= steps.size()) return foreseen;
     const Step& step = steps[state.step];
     StepNoise known = state.noise;
     for (std::size_t k = std::min(state.step, state.history.ends.size()); k-- > 0 && known.dt == 0.0;)

@@ -25,12 +25,12 @@ std::vector<std::optional<double>> noise_of_time_steps(const Recipe& recipe, con
 
 /// The relative error that fluxes may have in the time step at hand. The error that the step's time steps so far have left is
 /// shared by as many equal ones as lead to the step's end at the last one's dt. The first time step takes the dt of the same step's
-/// last repetition. Without one, and in steps that end by a stop condition, the error is that \p foreseen.
+/// last repetition. Without one, and in steps that end by a stop condition, the error is the one foreseen.
 /// \param steps     of the run, loops unrolled.
-/// \param foreseen  from noise_of_time_steps.
+/// \param foreseen_by_step  from noise_of_time_steps.
 /// \note Depends on the state alone, so that a resumed run gives the same bits.
 std::optional<double> noise_allowed(const Recipe& recipe, const std::vector<Step>& steps,
-                                    const std::vector<std::optional<double>>& foreseen,
+                                    const std::vector<std::optional<double>>& foreseen_by_step,
                                     const RunState& state);
 
 /// Adds the noise of a traced time step of \p dt to its step's sums.

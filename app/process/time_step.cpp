@@ -29,29 +29,27 @@ double lowest(const TriangleMesh& surface) {
     return z;
 }
 
-// Distance from a point to a surface, across periodic sides too.
-double distance_to(const surface::RayScene& scene, const levelset::Domain& domain, const Vec3& point) {
-    double least = kInfinity;
-    for (int image = 0; image < 9; ++image) {
-        Vec3 at = point;
-        bool is_image = true;
-        for (const auto& [axis, way] : {std::pair(0, image % 3), std::pair(1, image / 3)}) {
-            const auto a = static_cast<std::size_t>(axis);
-            is_image = is_image && (way == 0 || domain.side[a] == levelset::Side::periodic);
-            at[axis] += (way == 0 ? 0.0 : way == 1 ? 1.0 : -1.0) * (domain.max[a] - domain.min[a]);
-        }
-        if (is_image) least = std::min(least, scene.closest_point(at, 1e30).distance);
-    }
-    return least;
-}
-
 double thickest(const levelset::MaterialStack& stack, const TriangleMesh& surface) {
     if (stack.layers.size() < 2) return 0.0;
     const TriangleMesh below = levelset::extract_surface(stack, stack.layers.size() - 2);
     if (below.triangles.empty()) return 0.0;
     const surface::RayScene scene(below);
+    // A film may have grown across a periodic side: images of its points look for the layer below, too.
+    std::vector<Vec3> shifts{Vec3::Zero()};
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+        if (stack.domain.side[axis] != levelset::Side::periodic) continue;
+        const Vec3 period =
+            (stack.domain.max[axis] - stack.domain.min[axis]) * Vec3::Unit(static_cast<Eigen::Index>(axis));
+        for (std::size_t k = shifts.size(); k-- > 0;)
+            shifts.insert(shifts.end(), {shifts[k] + period, shifts[k] - period});
+    }
     double most = 0.0;
-    for (const Vec3& p : surface.vertices) most = std::max(most, distance_to(scene, stack.domain, p));
+    for (const Vec3& p : surface.vertices) {
+        double least = kInfinity;
+        for (const Vec3& shift : shifts)
+            if (const auto hit = scene.closest_point(p + shift, least)) least = hit.distance;
+        most = std::max(most, least);
+    }
     return most;
 }
 

@@ -167,10 +167,10 @@ class Metrologist {
         const Voids found =
             voids_in(cut_.surface(), cut_.pieces(), stack_.domain, surface::plane_axes(cut_.plane())[0]);
         add_pure("voids", found.count);
-        const double strip = volume_divisor(recipe_);
+        const double divisor = volume_divisor(recipe_);
         const std::string unit = volume_unit(recipe_);
-        measures_.push_back({"void_volume", found.volume / strip, unit});
-        measures_.push_back({"void_volume_whole", found.whole_volume / strip, unit});
+        measures_.push_back({"void_volume", found.volume / divisor, unit});
+        measures_.push_back({"void_volume_whole", found.whole_volume / divisor, unit});
         add("void_top", -found.top);
         add("void_width", found.width);
     }

@@ -190,7 +190,7 @@ std::string OpenedFolder::read_end(const std::string& name, std::size_t most) co
 void OpenedFolder::write(const std::string& name, const std::string& text, const std::string& before) const {
     const std::string own = parts_of(name).back();
     const Descriptor at = folder(folder_part(name));
-    const surface::HeldFolder held(at.path());
+    const surface::LockedFolder held(at.path());
     static std::mutex one_at_a_time;
     const std::lock_guard guard(one_at_a_time);
     struct stat there {};

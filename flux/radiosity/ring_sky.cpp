@@ -93,8 +93,8 @@ class Rings {
                      to = look.middle + (side > 0.0 ? outer : -inner);
         if (to <= 0.0) return;
         const double steepest = from > 0.0 ? (node.high - look.point.z) / from : kInfinity,
-                     facing_up_most = std::max(0.0, node.low - look.point.z) / to;
-        if (!look.any(facing_up_most, steepest)) return;
+                     flattest = std::max(0.0, node.low - look.point.z) / to;
+        if (!look.any(flattest, steepest)) return;
         if (last - first == 1) return hide_segment(look, side, outline_.segments[first]);
         if (node.joined && node.inner >= look.off && from > 0.0) {  // one line hides all between its ends
             const auto slope = [&](std::uint32_t end) {
@@ -102,7 +102,7 @@ class Rings {
                 return (p.z - look.point.z) / (look.middle + side * look.half_chord(p.x));
             };
             look.take(slope(outline_.segments[first].end[0]), slope(outline_.segments[last - 1].end[1]));
-            if (!look.any(facing_up_most, steepest)) return;
+            if (!look.any(flattest, steepest)) return;
         }
         const std::size_t half = (first + last) / 2;
         hide(look, side, 2 * at + 1, first, half);

@@ -22,7 +22,7 @@ struct Held {
 };
 
 std::mutex held_mutex;
-std::vector<Held> held_folders;
+std::vector<Held> locked_folders;
 
 // A file's folder in normal form, so that its spellings compare equal; symbolic links are not resolved.
 fs::path folder_of(const fs::path& file) {
@@ -38,28 +38,28 @@ bool still_named(const Held& held) {
 
 }  // namespace
 
-HeldFolder::HeldFolder(const fs::path& folder)
+LockedFolder::LockedFolder(const fs::path& folder)
     : file_(::open(folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC)) {
     if (file_ < 0)
         throw IoError("{}: cannot open the folder: {}; check permissions", folder.string(),
                       std::generic_category().message(errno));
     const std::lock_guard lock(held_mutex);
-    held_folders.push_back({folder, file_});
+    locked_folders.push_back({folder, file_});
 }
 
-HeldFolder::~HeldFolder() {
+LockedFolder::~LockedFolder() {
     const std::lock_guard lock(held_mutex);
-    std::erase_if(held_folders, [&](const Held& held) { return held.file == file_; });
+    std::erase_if(locked_folders, [&](const Held& held) { return held.file == file_; });
     ::close(file_);
 }
 
 FilePlace place_of(const fs::path& path) {
     const std::lock_guard lock(held_mutex);
-    if (held_folders.empty()) return {.name = path};
-    const auto held = std::find_if(held_folders.begin(), held_folders.end(), [&](const Held& h) {
+    if (locked_folders.empty()) return {.name = path};
+    const auto held = std::find_if(locked_folders.begin(), locked_folders.end(), [&](const Held& h) {
         return folder_of(h.folder / "x") == folder_of(path);
     });
-    if (held == held_folders.end()) return {.name = path};
+    if (held == locked_folders.end()) return {.name = path};
     if (!still_named(*held))
         throw IoError(
             "{}: cannot write: its folder was removed, renamed or replaced meanwhile; leave it in place and start again",

@@ -9,13 +9,13 @@ namespace sidewall::surface {
 ///
 /// The functions of output_file.hpp write files directly in it through its descriptor, and refuse symbolic
 /// links, devices and pipes there. They fail once its path is gone or names another folder. Thread-safe.
-class HeldFolder {
+class LockedFolder {
   public:
     /// \throws IoError if the folder cannot be opened.
-    explicit HeldFolder(const std::filesystem::path& folder);
-    ~HeldFolder();
-    HeldFolder(const HeldFolder&) = delete;
-    HeldFolder& operator=(const HeldFolder&) = delete;
+    explicit LockedFolder(const std::filesystem::path& folder);
+    ~LockedFolder();
+    LockedFolder(const LockedFolder&) = delete;
+    LockedFolder& operator=(const LockedFolder&) = delete;
 
     int descriptor() const { return file_; }
 

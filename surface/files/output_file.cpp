@@ -198,7 +198,7 @@ int open_partial(const fs::path& path, const FilePlace& target, fs::path& partia
 
 void write_beside(const fs::path& path, const FilePlace& target,
                   const std::function<void(std::ostream& out)>& write, const Trailer& trailer) {
-    const SignalGuard ends;
+    const SignalGuard guard;
     fs::path partial;
     Descriptor file(path, open_partial(path, target, partial));
     try {

@@ -16,7 +16,7 @@ using Trailer = std::function<std::string(std::uint64_t size, std::uint32_t chec
 /// \p write fills `NAME.PROCESS.partial` in the same folder, which is synced to the disk, read back, compared
 /// by checksum and renamed; at last the folder is synced. On failure the partial file is removed and the old
 /// file stays. Missing folders are made, symbolic links are followed, and devices and pipes are written to
-/// directly; in a HeldFolder links, devices and pipes are errors. A signal that would end the program at once
+/// directly; in a LockedFolder links, devices and pipes are errors. A signal that would end the program at once
 /// (Ctrl-C) does so when the file is complete or the partial one removed.
 ///
 /// \param write    receives a stream that throws when the disk refuses; its own exceptions pass through.

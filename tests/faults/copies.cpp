@@ -32,7 +32,7 @@ namespace fs = std::filesystem;
 constexpr int kDeepest = 64;
 constexpr unsigned kSeconds = 60;  // seconds in which a copy must have ended
 
-struct EventFinder {
+struct Survey {
     int depth = 16;
     pid_t process = 0;
     fs::path root;  // the folder that holds work and expected
@@ -41,7 +41,7 @@ struct EventFinder {
     int copies = 0, wrong = 0;
 };
 
-EventFinder* survey = nullptr;
+Survey* survey = nullptr;
 bool busy = false;  // the survey's own calls do not fail
 
 std::string read(const fs::path& path) {
@@ -180,7 +180,7 @@ bool fails_here(const char* what) {
 void begin_survey() {
     const char* text = std::getenv("SIDEWALL_FAULT");
     std::string each;
-    auto asked = std::make_unique<EventFinder>();
+    auto asked = std::make_unique<Survey>();
     std::istringstream(text == nullptr ? "" : text) >> each >> asked->depth;
     if (each != "each") return;
     asked->process = ::getpid();

@@ -14,6 +14,7 @@
 #include "levelset/layers/levels.hpp"
 #include "levelset/meshes/pieces.hpp"
 #include "levelset/motion/speed_extension.hpp"
+#include "levelset/shapes/outline.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -109,12 +110,8 @@ std::vector<std::uint8_t> sealed_samples(const levelset::MaterialStack& stack, c
     const surface::RayScene scene(surface.raw);
     tbb::parallel_for(std::size_t{0}, sealed.size(), [&](std::size_t n) {
         Vec3 foot = levelset::surface_point(extension.samples[n], domain);
-        for (std::size_t axis = 0; axis < 2; ++axis) {  // it may lie beyond a periodic side
-            if (domain.side[axis] != levelset::Side::periodic) continue;
-            double& at = foot[static_cast<Eigen::Index>(axis)];
-            const double length = domain.max[axis] - domain.min[axis];
-            at += at < domain.min[axis] ? length : at > domain.max[axis] ? -length : 0.0;
-        }
+        for (const int axis : {0, 1})  // it may lie beyond a periodic side
+            foot[axis] = levelset::wrapped(foot[axis], domain, axis);
         if (const auto nearest = scene.closest_point(foot, domain.spacing))
             sealed[n] = triangles[nearest.triangle];
     });

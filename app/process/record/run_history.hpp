@@ -30,8 +30,7 @@ inline constexpr const char* kVoidClosed = "void-closed";        ///< gas is shu
 inline constexpr const char* kBottomReached = "bottom-reached";  ///< the bottom of the substrate
 inline constexpr const char* kTopReached = "top-reached";        ///< the top of the room for films
 
-inline constexpr const char* kDuration =
-    "duration";  ///< StepEnd::stopped_by if no stop condition ended the step
+inline constexpr const char* kDuration = "duration";  ///< ends a step that no stop condition has ended
 
 /// Sums over the traced time steps of a step, for its noise (process/noise.hpp).
 struct StepNoise {

@@ -39,7 +39,7 @@ TEST_CASE("ion_beam: atoms that leave and atoms that land make the speed, by the
     };
     // The yield at which a flat wafer etches at its rate, and the flux of redeposited atoms that it makes.
     const double flat = 0.02 / -speed("Si", 1.0, 0.0);
-    const auto redeposition_scale = [&](const char* material) {
+    const auto emitted_by = [&](const char* material) {
         return flat * ion.redeposition->yield.scale.at(
                           static_cast<std::size_t>(*material_id(recipe.materials, material)));
     };
@@ -47,9 +47,9 @@ TEST_CASE("ion_beam: atoms that leave and atoms that land make the speed, by the
          {std::tuple("Si", 0.02, 5.02), {"SiO2", 0.01, 2.2}, {"PolySi", 0.03, 5.0}}) {
         CHECK(speed(material, flat, 0.0) == Approx(-rate));
         // All redeposited atoms land where they came from: at a fraction of 0.8 a fifth of the rate is left.
-        CHECK(speed(material, flat, redeposition_scale(material)) == Approx(-0.2 * rate));
+        CHECK(speed(material, flat, emitted_by(material)) == Approx(-0.2 * rate));
         // Where nothing is sputtered they grow a film of as many atoms.
-        CHECK(speed(material, 0.0, redeposition_scale(material)) == Approx(0.8 * rate * density / 5.0));
+        CHECK(speed(material, 0.0, emitted_by(material)) == Approx(0.8 * rate * density / 5.0));
     }
     CHECK_NOTHROW(with_mask("Mask", kBeam + "rate = 0.02\n"));  // no redeposition, for comparison
     CHECK_THROWS_WITH(with_mask("Mask", kPlain + "rate = 0.02\nredeposition_fraction = 1\n"),

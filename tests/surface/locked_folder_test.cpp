@@ -25,7 +25,7 @@ TEST_CASE("nothing leaves a held folder by a link, and a device or a pipe in it 
     fs::create_symlink("../nowhere", out / "dangling");
     REQUIRE(::mkfifo((out / "pipe").c_str(), 0600) == 0);
     {
-        const HeldFolder held(out);
+        const LockedFolder held(out);
         for (const char* name : {"link", "dangling", "pipe"}) {
             CAPTURE(name);
             // Refused however the folder's path is spelt.
@@ -50,7 +50,7 @@ TEST_CASE("a held folder that is removed, renamed or replaced gets no more files
     const test::Folder folder;
     const fs::path out = folder.path / "out", moved = folder.path / "moved";
     fs::create_directory(out);
-    const HeldFolder held(out);
+    const LockedFolder held(out);
     write_whole_file(out / "file", "1\n");
     if (what == 0)
         fs::remove_all(out);
@@ -68,9 +68,9 @@ TEST_CASE("a held folder that is removed, renamed or replaced gets no more files
 
 TEST_CASE("of a folder that is held twice the second hold lasts") {
     const test::Folder folder;
-    std::optional<HeldFolder> first(folder.path), second(folder.path / "");
+    std::optional<LockedFolder> first(folder.path), second(folder.path / "");
     first.reset();
     fs::create_symlink("x", folder.path / "link");
     CHECK_THROWS_AS(write_whole_file(folder.path / "link", "x"), IoError);
-    CHECK_THROWS_AS(HeldFolder(folder.path / "none"), IoError);
+    CHECK_THROWS_AS(LockedFolder(folder.path / "none"), IoError);
 }
