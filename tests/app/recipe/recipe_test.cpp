@@ -322,12 +322,12 @@ TEST_CASE("halves of an opening that meet across a side are one, whether it mirr
 }
 
 TEST_CASE("the top of what is cut out is checked like that of a layer", "[foreign]") {
-    CHECK_THAT(message(kBase, {"layer[0].top=-1e7"}), Contains("cells from z = 0"));
+    CHECK_THAT(message(kBase, {"layer[0].top=-1e7"}), Catch::Contains("cells from z = 0"));
     const std::string cut =
         "[domain]\nextent = [4.0]\ngrid_spacing = 0.1\n[[layer]]\nmaterial = \"Si\"\n[[layer]]\n"
         "shape = \"trench\"\nsubtract = true\nwidth = 1.0\ndepth = 1.0\ntop = -1e7\n[[step]]\n"
         "model = \"isotropic\"\nduration = 1.0\nrate = -0.1\n";
-    CHECK_THAT(message(cut), Contains("cells from z = 0"));
+    CHECK_THAT(message(cut), Catch::Contains("cells from z = 0"));
 }
 
 TEST_CASE("keys go by their former names, too, with a note that says the new one", "[foreign]") {
