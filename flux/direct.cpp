@@ -3,7 +3,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <numbers>
@@ -11,7 +10,6 @@
 
 #include "flux/random.hpp"
 #include "flux/sampling.hpp"
-#include "flux/tracer/flight.hpp"
 #include "flux/yield.hpp"
 
 namespace sidewall::flux {
@@ -28,15 +26,8 @@ constexpr std::size_t kDirections = 256;  // samples of a beam for the table
 // axis all directions of one polar angle give the same answer.
 constexpr std::size_t kInProfile = 256, kInSpace = 32, kInSpaceRotating = 256, kRound = 1024,
                       kRoundRotating = 256;
-// Lower bound of -d . z in the weight 1 / (-d . z), which diverges at grazing directions.
-constexpr double kMinRise = 1e-2;
 
-// A direction towards the source, with the mean energy factor of each yield.
-struct SourceSample {
-    Vec3 towards;
-    double weight;
-    std::vector<double> energetic;
-};
+using Direction = DirectFlux::Direction;
 
 // Turns a vector about the vertical.
 Vec3 turned(const Vec3& v, double angle) {
@@ -53,7 +44,7 @@ class BeamSamples {
 
     // \param draw  gives the direction for an azimuth about the axis, as a number from 0 to 1.
     template <class Draw>
-    void add(double weight, const std::vector<double>& energetic, Draw&& draw) {
+    void add(double weight, std::size_t energy, Draw&& draw) {
         constexpr double kGolden = 0.6180339887498949;
         const double around = std::fmod(kGolden * static_cast<double>(++drawn_), 1.0);
         const Vec3 towards = -turned(draw(around), spread_ * (std::fmod(16.0 * around, 1.0) - 0.5));
@@ -63,50 +54,24 @@ class BeamSamples {
                 {{images_ == 4 && image % 2 == 1 ? -towards.x() : towards.x(),
                   image == images_ - 1 || image == 2 ? -towards.y() : towards.y(), towards.z()},
                  weight,
-                 energetic});
+                 energy});
     }
-    std::vector<SourceSample> of_weight_one() && {
+    std::vector<Direction> of_weight_one() && {
         double sum = 0.0;
-        for (const SourceSample& sample : samples_) sum += sample.weight;
-        for (SourceSample& sample : samples_) sample.weight /= sum;
+        for (const Direction& sample : samples_) sum += sample.weight;
+        for (Direction& sample : samples_) sample.weight /= sum;
         return std::move(samples_);
     }
 
   private:
     double spread_;
     std::size_t images_, drawn_ = 0;
-    std::vector<SourceSample> samples_;
+    std::vector<Direction> samples_;
 };
 
 // Middle of part i of so many equal ones of 0 to 1.
 double part(std::size_t i, std::size_t of) {
     return (static_cast<double>(i) + 0.5) / static_cast<double>(of);
-}
-
-// Samples with the energy factors of the yields, bin by bin; at least four a bin, by its weight.
-std::vector<SourceSample> samples_by_bin(const Species& species, const Vec3& axis, BeamSamples samples) {
-    if (species.bins.empty()) {
-        std::vector<double> energetic;
-        for (const Yield& yield : species.yields)
-            energetic.push_back(mean_energy_factor(yield, species.energy));
-        for (std::size_t i = 0; i < kDirections; ++i)
-            samples.add(1.0, energetic, [&](double around) {
-                return sample_cosine_power(axis, species.source_exponent, part(i, kDirections), around);
-            });
-    }
-    double before = 0.0;
-    for (const SourceBin& bin : species.bins) {
-        const std::size_t each = std::max<std::size_t>(4, kDirections / species.bins.size());
-        std::vector<double> energetic;
-        for (const Yield& yield : species.yields) energetic.push_back(mean_energy_factor(yield, bin));
-        for (std::size_t i = 0; i < each; ++i)
-            samples.add((bin.until - before) / static_cast<double>(each), energetic, [&](double around) {
-                const double angle = bin.angle_from + part(i, each) * (bin.angle_to - bin.angle_from);
-                return direction_around(axis, std::cos(angle), std::sin(angle), around);
-            });
-        before = bin.until;
-    }
-    return std::move(samples).of_weight_one();
 }
 
 // The bins sorted by angle, for samples that are stratified over it.
@@ -119,86 +84,43 @@ std::vector<SourceBin> by_angle(std::vector<SourceBin> bins) {
     return bins;
 }
 
-// Directions of equal weight, in the order of their angles to the axis.
-std::vector<DirectFlux::Direction> directions(const Species& species, const Vec3& axis, BeamSamples samples,
-                                              std::size_t count) {
-    const std::vector<SourceBin> bins = by_angle(species.bins);
-    for (std::size_t i = 0; i < count; ++i)
-        samples.add(1.0, {}, [&](double around) {
-            return bins.empty() ? sample_cosine_power(axis, species.source_exponent, part(i, count), around)
-                                : sample_bins(bins, axis, part(i, count), around, 0.5).first;
+// Samples bin by bin, at least four of each, by its weight.
+std::vector<Direction> samples_by_bin(const Species& species, const std::vector<SourceBin>& bins,
+                                      const Vec3& axis, BeamSamples samples) {
+    for (std::size_t i = 0; bins.empty() && i < kDirections; ++i)
+        samples.add(1.0, 0, [&](double around) {
+            return sample_cosine_power(axis, species.source_exponent, part(i, kDirections), around);
         });
-    std::vector<DirectFlux::Direction> result;
-    for (const SourceSample& sample : std::move(samples).of_weight_one())
-        result.push_back({sample.towards, sample.weight});
-    return result;
-}
-
-// A point a skin off the surface from which rays test the visibility of the source, with its triangle's
-// normal and the area that it represents.
-struct VisibilityProbe {
-    Vec3 point = Vec3::Zero(), normal = Vec3::Zero();
-    double area = 0.0;
-};
-
-// The lookout near corner \p k of triangle \p t, moved from it towards the centroid by the share \p inside.
-VisibilityProbe probe_at(const TriangleMesh& mesh, const LateralBox& box, double skin, std::size_t t,
-                         std::size_t k, double inside) {
-    const Vec3 twice = area_vector(mesh, t), normal = twice.normalized();
-    VisibilityProbe out{(1.0 - inside) * mesh.vertices[mesh.triangles[t][k]] +
-                            inside * triangle_centroid(mesh, t) + skin * normal,
-                        normal, 0.5 * twice.norm()};
-    for (std::size_t axis = 0; axis < 2; ++axis)
-        if (box.boundary[axis] != Boundary::open) {
-            double& x = out.point[static_cast<Eigen::Index>(axis)];
-            x = std::clamp(x, box.min[axis], box.max[axis]);
-        }
-    if (box.axial) out.point.y() = 0.0;
-    return out;
-}
-
-// Adds the lookout of the wedge at corner \p c, at the centroid of the wedge's hat function: 3/4 of the
-// distance to the triangle's centroid, or, on a surface of revolution, 1/3 of the segment's length.
-void add_probe(const TriangleMesh& mesh, const Wedges& wedges, const LateralBox& box, double skin,
-               std::size_t c, std::vector<VisibilityProbe>& own) {
-    constexpr double kMiddle = 0.75, kThird = 0.5;
-    const std::size_t t = c / 3, k = c % 3;
-    if (!box.axial) {
-        own.push_back(probe_at(mesh, box, skin, t, k, kMiddle));
-        return;
+    double before = 0.0;
+    for (std::size_t k = 0; k < bins.size(); ++k) {
+        const SourceBin& bin = bins[k];
+        const std::size_t each = std::max<std::size_t>(4, kDirections / bins.size());
+        for (std::size_t i = 0; i < each; ++i)
+            samples.add((bin.until - before) / static_cast<double>(each), k, [&](double around) {
+                const double angle = bin.angle_from + part(i, each) * (bin.angle_to - bin.angle_from);
+                return direction_around(axis, std::cos(angle), std::sin(angle), around);
+            });
+        before = bin.until;
     }
-    // A segment has two triangles: take the one whose other two corners lie on the other ring.
-    const std::uint32_t* const ring = &wedges.corner[3 * t];
-    if (ring[(k + 1) % 3] == ring[k] || ring[(k + 2) % 3] == ring[k]) return;
-    own.push_back(probe_at(mesh, box, skin, t, k, kThird));
-    const Vec3& end = mesh.vertices[mesh.triangles[t][k]];
-    own.back().area =
-        own.back().point.x() * std::hypot(own.back().point.x() - end.x(), own.back().point.z() - end.z());
+    return std::move(samples).of_weight_one();
 }
 
-// One lookout for every wedge: near the vertex, in the largest triangle of its fan.
-std::vector<std::vector<VisibilityProbe>> probes_near(const TriangleMesh& mesh, const Wedges& wedges,
-                                                      const LateralBox& box, double skin) {
-    constexpr double kNearVertex = 0.2;
-    std::vector<std::vector<VisibilityProbe>> places(wedges.count());
-    for (std::size_t c = 0; c < wedges.corner.size(); ++c) {
-        std::vector<VisibilityProbe>& own = places[wedges.corner[c]];
-        if (own.empty() || triangle_area(mesh, c / 3) > own[0].area)
-            own = {probe_at(mesh, box, skin, c / 3, c % 3, kNearVertex)};
+// Mean energy factors, by yield, of the particles that come at \p angle: over all bins that contain it.
+std::vector<double> energetic_at(const std::vector<SourceBin>& bins,
+                                 const std::vector<std::vector<double>>& by_bin, double angle) {
+    constexpr double kThinnest = 1e-7;  // radian
+    std::vector<double> mean(by_bin[0].size(), 0.0);
+    double sum = 0.0, before = 0.0;
+    for (std::size_t k = 0; k < bins.size(); ++k) {
+        const SourceBin& bin = bins[k];
+        const double share = bin.until - std::exchange(before, bin.until);
+        if (angle < bin.angle_from - kThinnest || angle > bin.angle_to + kThinnest) continue;
+        const double density = share / std::max(kThinnest, bin.angle_to - bin.angle_from);
+        sum += density;
+        for (std::size_t j = 0; j < mean.size(); ++j) mean[j] += density * by_bin[k][j];
     }
-    return places;
-}
-
-// Flags the wedges in the penumbra: at a corner of a triangle whose corners' shares differ.
-std::vector<std::uint8_t> in_half_shadow(const Wedges& wedges, std::span<const double> open) {
-    constexpr double kDiffers = 0.01;
-    std::vector<std::uint8_t> half(wedges.count(), 0);
-    for (std::size_t t = 0; 3 * t < wedges.corner.size(); ++t) {
-        const std::uint32_t* const corner = &wedges.corner[3 * t];
-        const auto [least, most] = std::minmax({open[corner[0]], open[corner[1]], open[corner[2]]});
-        for (std::size_t k = 0; most - least > kDiffers && k < 3; ++k) half[corner[k]] = 1;
-    }
-    return half;
+    for (double& factor : mean) factor /= std::max(sum, 1e-300);
+    return mean;
 }
 
 }  // namespace
@@ -211,7 +133,7 @@ bool has_direct_flux(const Species& species) {
     return std::ranges::all_of(species.bins, [](const SourceBin& bin) { return bin.angle_to <= kWidestBin; });
 }
 
-DirectFlux::DirectFlux(const Species& species) {
+DirectFlux::DirectFlux(const Species& species) : yields_(species.yields) {
     const Vec3 source = -species.beam;
     tilt_sine_ = std::hypot(source.x(), source.y());
     tilt_cosine_ = source.z();
@@ -223,14 +145,32 @@ DirectFlux::DirectFlux(const Species& species) {
     const Vec3 axis(tilt_sine_, 0.0, tilt_cosine_), across(tilt_cosine_, 0.0, -tilt_sine_);
     const double spread = beams_ > 1 ? 2.0 * kPi / static_cast<double>(beams_) : 0.0;
     images_ = tilted ? 2 : 4;
-    const std::vector<SourceSample> samples = samples_by_bin(species, -axis, {spread, images_});
+    const std::vector<SourceBin> bins = by_angle(species.bins);
+    for (std::size_t k = 0; k < std::max<std::size_t>(1, bins.size()); ++k) {
+        energetic_.emplace_back();
+        for (const Yield& yield : yields_)
+            energetic_[k].push_back(bins.empty() ? mean_energy_factor(yield, species.energy)
+                                                 : mean_energy_factor(yield, bins[k]));
+    }
+    const std::vector<Direction> samples = samples_by_bin(species, bins, -axis, {spread, images_});
+    const std::vector<std::vector<double>> by_bin = energetic_;
+    // Directions of equal weight, in the order of their angles to the axis.
+    const auto directions = [&](std::size_t count, BeamSamples drawn) {
+        for (std::size_t i = 0; i < count; ++i)
+            drawn.add(1.0, bins.empty() ? 0 : energetic_.size(), [&](double around) {
+                if (bins.empty())
+                    return sample_cosine_power(-axis, species.source_exponent, part(i, count), around);
+                const Vec3 d = sample_bins(bins, -axis, part(i, count), around, 0.5).first;
+                energetic_.push_back(energetic_at(bins, by_bin, std::acos(std::min(1.0, -d.dot(axis)))));
+                return d;
+            });
+        return std::move(drawn).of_weight_one();
+    };
     const bool rotates = beams_ > 1;
-    in_space_ = directions(species, -axis, {spread, images_}, rotates ? kInSpaceRotating : kInSpace);
-    in_profile_ = directions(species, -axis, {spread, images_}, kInProfile);
-    round_ = directions(species, -axis, {spread, 1}, rotates ? kRoundRotating : kRound);
+    in_space_ = directions(rotates ? kInSpaceRotating : kInSpace, {spread, images_});
+    in_profile_ = directions(kInProfile, {spread, images_});
+    round_ = directions(rotates ? kRoundRotating : kRound, {spread, 1});
 
-    scale_.push_back({1.0});
-    for (const Yield& yield : species.yields) scale_.push_back(yield.scale);
     table_.assign(tallies() * azimuths_ * kAngles, 0.0);
     tbb::parallel_for(std::size_t{0}, azimuths_ * kAngles, [&](std::size_t n) {
         const double polar =
@@ -240,26 +180,29 @@ DirectFlux::DirectFlux(const Species& species) {
             azimuths_ > 1 ? kPi * static_cast<double>(row) / static_cast<double>(azimuths_ - 1) : 0.25 * kPi;
         const Vec3 normal = std::cos(polar) * axis +
                             std::sin(polar) * (std::cos(around) * across + std::sin(around) * Vec3::UnitY());
-        for (const SourceSample& sample : samples) {
+        for (const Direction& sample : samples) {
             const double cosine = std::min(1.0, normal.dot(sample.towards));
             if (!(cosine > 0.0)) continue;
             const double arrivals = sample.weight * cosine / std::max(kMinRise, sample.towards.z());
-            table_[n] += arrivals;
-            for (std::size_t k = 1; k < tallies(); ++k)
-                table_[k * azimuths_ * kAngles + n] +=
-                    arrivals * sample.energetic[k - 1] * angular_factor(species.yields[k - 1], cosine);
+            for (std::size_t k = 0; k < tallies(); ++k)
+                table_[k * azimuths_ * kAngles + n] += arrivals * brings(k, sample, cosine);
         }
     });
     // Scale the table so that a flat wafer gets exactly mean_yield(), by which models scale their rates.
     const double azimuth = azimuths_ > 1 ? std::atan2(0.0, -tilt_sine_) : 0.0;
     for (std::size_t k = 0; k < tallies(); ++k) {
-        Yield yield = k > 0 ? species.yields[k - 1] : Yield();
+        Yield yield = k > 0 ? yields_[k - 1] : Yield();
         yield.scale = {1.0};
         const double mean = k > 0 ? mean_yield(species, yield) : 1.0, ours = at(k, tilt_cosine_, azimuth);
         if (!(ours > 0.0)) continue;
         for (std::size_t n = 0; n < azimuths_ * kAngles; ++n)
             table_[k * azimuths_ * kAngles + n] *= mean / ours;
     }
+}
+
+double DirectFlux::brings(std::size_t tally, const Direction& direction, double cosine) const {
+    if (tally == 0) return 1.0;
+    return energetic_[direction.energy][tally - 1] * angular_factor(yields_[tally - 1], cosine);
 }
 
 double DirectFlux::azimuth_of(std::size_t beam) const {
@@ -286,8 +229,8 @@ std::vector<DirectFlux::Direction> DirectFlux::towards(std::size_t beam, std::si
             if (const std::size_t n = order[m]; n < groups)
                 for (std::size_t k = 0; k < pair; ++k) {
                     const std::size_t image = (first + (m % 2) * pair) % images + k;
-                    const Direction& sample = all[n * each + image];
-                    directions.push_back({turned(sample.towards, turn), sample.weight});
+                    directions.push_back(all[n * each + image]);
+                    directions.back().towards = turned(directions.back().towards, turn);
                 }
     return directions;
 }
@@ -311,82 +254,20 @@ double DirectFlux::at(std::size_t tally, double cosine, double azimuth) const {
 void DirectFlux::add(const Vec3& normal, std::size_t material, std::span<const double> open,
                      std::span<double> flux) const {
     for (std::size_t b = 0; b < beams_; ++b) {
-        if (!(open[b] > 0.0)) continue;
+        const std::span<const double> shares = open.subspan(b * tallies(), tallies());
+        if (!(shares[0] > 0.0)) continue;
         double cosine = normal.z(), azimuth = 0.0;
         if (azimuths_ > 1) {
             const Vec3 n = turned(normal, -azimuth_of(b));
             cosine = tilt_sine_ * n.x() + tilt_cosine_ * n.z();
             azimuth = std::atan2(std::abs(n.y()), tilt_cosine_ * n.x() - tilt_sine_ * n.z());
         }
-        const double weight = open[b] / static_cast<double>(beams_);
-        for (std::size_t k = 0; k < tallies(); ++k)
-            flux[k] += weight * scale_[k][scale_[k].size() == 1 ? 0 : material] * at(k, cosine, azimuth);
+        for (std::size_t k = 0; k < tallies(); ++k) {
+            double scale = 1.0;
+            if (k > 0) scale = yields_[k - 1].scale[yields_[k - 1].scale.size() == 1 ? 0 : material];
+            flux[k] += shares[k] / static_cast<double>(beams_) * scale * at(k, cosine, azimuth);
+        }
     }
-}
-
-std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const TriangleMesh& mesh,
-                                             const surface::RayScene& scene, const LateralBox& box,
-                                             const Wedges& wedges, bool coarse) {
-    const Geometry geometry = make_geometry(mesh, scene, box);
-    const double skin = 2.0 * kOverlap * geometry.skin;
-    // A single point misses how the share varies within a triangle: on the floor of a round contact whose
-    // penumbra is one cell (dx) wide, it loses 1 % of the source.
-    const bool all = coarse || box.axial;
-    const auto in_fans = [&](std::span<const std::uint8_t> chosen) {
-        std::vector<std::vector<VisibilityProbe>> places(wedges.count());
-        for (std::size_t c = 0; c < wedges.corner.size(); ++c)
-            if (const std::uint32_t w = wedges.corner[c]; chosen.empty() || chosen[w] != 0)
-                add_probe(mesh, wedges, box, skin, c, places[w]);
-        return places;
-    };
-    const std::vector<std::vector<VisibilityProbe>> from =
-        all ? in_fans({}) : probes_near(mesh, wedges, box, skin);
-    std::vector<std::vector<double>> open(direct.beams(), std::vector<double>(wedges.count(), 0.0));
-    for (std::size_t b = 0; b < direct.beams(); ++b) {
-        std::vector<DirectFlux::Direction> towards = direct.towards(b, box.axial           ? 4
-                                                                       : geometry.straight ? 2
-                                                                                           : 1);
-        for (DirectFlux::Direction& d : towards)
-            if (geometry.straight) d.towards.y() = 0.0;
-        // The visible share of the beam at a lookout.
-        const auto share_at = [&](const VisibilityProbe& out) {
-            std::array<Vec3, surface::RayPacket::kRays> paths;
-            std::array<double, surface::RayPacket::kRays> weights;
-            constexpr std::size_t kEnough = 16;
-            double all = 0.0, arrives = 0.0;
-            for (std::size_t next = 0; next < towards.size();) {
-                std::size_t count = 0;
-                for (; next < towards.size() && count < paths.size(); ++next) {
-                    const Vec3& d = towards[next].towards;
-                    weights[count] = towards[next].weight * d.dot(out.normal) / std::max(kMinRise, d.z());
-                    if (weights[count] > 0.0) paths[count++] = d;
-                }
-                const std::uint32_t seen = sees_source(geometry, out.point, std::span(paths).first(count));
-                for (std::size_t k = 0; k < count; ++k) {
-                    all += weights[k];
-                    if ((seen >> k & 1u) != 0) arrives += weights[k];
-                }
-                // Most lookouts see the whole beam or none of it; 16 directions spread over it settle that.
-                if (next >= kEnough && (arrives == 0.0 || arrives == all)) break;
-            }
-            return all > 0.0 ? arrives / all : 0.0;
-        };
-        const auto look = [&](const std::vector<std::vector<VisibilityProbe>>& places) {
-            tbb::parallel_for(tbb::blocked_range<std::size_t>(0, wedges.count(), 64), [&](const auto& range) {
-                for (std::size_t w = range.begin(); w != range.end(); ++w) {
-                    double sum = 0.0, area = 0.0;
-                    for (const VisibilityProbe& out : places[w]) {
-                        sum += out.area * share_at(out);
-                        area += out.area;
-                    }
-                    if (area > 0.0) open[b][w] = sum / area;
-                }
-            });
-        };
-        look(from);
-        if (!all && !geometry.straight) look(in_fans(in_half_shadow(wedges, open[b])));
-    }
-    return open;
 }
 
 }  // namespace sidewall::flux

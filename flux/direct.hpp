@@ -3,11 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "flux/lateral.hpp"
 #include "flux/species.hpp"
-#include "flux/wedges.hpp"
-#include "surface/ray_scene.hpp"
-#include "surface/triangle_mesh.hpp"
 
 namespace sidewall::flux {
 
@@ -29,12 +25,14 @@ class DirectFlux {
     explicit DirectFlux(const Species& species);
 
     /// Number of fluxes: arrivals and yields, the first tallies of the species.
-    std::size_t tallies() const { return scale_.size(); }
+    std::size_t tallies() const { return 1 + yields_.size(); }
     std::size_t beams() const { return beams_; }
-    /// A unit vector towards the source, and its weight in the mean over the source.
+    /// A unit vector towards the source, its weight in the mean over the source, and the index of the energy
+    /// factors of the particles that come from there.
     struct Direction {
         Vec3 towards;
         double weight;
+        std::size_t energy;
     };
     /// Sample directions towards \p beam; the first few span all of it. Each comes with its mirror images in
     /// y and, unless the beam is tilted, in x, so that symmetric surfaces get symmetric fluxes.
@@ -42,8 +40,15 @@ class DirectFlux {
     ///               z; 4 for a surface of revolution, whose directions are more and have no images; else 1.
     std::vector<Direction> towards(std::size_t beam, std::size_t alike) const;
 
+    /// Lower bound of -d . z in the weight 1 / (-d . z), which diverges at grazing directions.
+    static constexpr double kMinRise = 1e-2;
+
+    /// What particles from \p direction bring to a tally, up to a constant factor, for a cosine of the
+    /// incidence in (0, 1]: 1 for arrivals, the yield on material 0 at scale 1 for others.
+    double brings(std::size_t tally, const Direction& direction, double cosine) const;
+
     /// Adds F_k(\p normal) on \p material to \p flux, by tally.
-    /// \param open  by beam: the share of it that is visible from the surface.
+    /// \param open  by beam and tally: the share of F_k that comes from the visible part of the source.
     void add(const Vec3& normal, std::size_t material, std::span<const double> open,
              std::span<double> flux) const;
 
@@ -54,20 +59,9 @@ class DirectFlux {
     std::size_t beams_ = 1, images_ = 1, azimuths_ = 1;  // images of each sample; azimuths in the table
     double tilt_sine_ = 0.0, tilt_cosine_ = 1.0, azimuth_ = 0.0;  // of the first beam's axis
     std::vector<Direction> in_space_, in_profile_, round_;        // towards the first beam at azimuth 0
-    std::vector<std::vector<double>> scale_;                      // by tally, by material or one for all
-    std::vector<double> table_;  // by tally, azimuth and polar angle, at scale 1
+    std::vector<Yield> yields_;
+    std::vector<std::vector<double>> energetic_;  // energy factors by Direction::energy and yield
+    std::vector<double> table_;                   // by tally, azimuth and polar angle, at scale 1
 };
-
-/// Visible share of each beam, by beam and wedge: the flux that is not shadowed, divided by that on an
-/// unobstructed surface of the same normal; 0 for wedges that face away from the whole beam.
-/// \param scene   of \p mesh.
-/// \param box     from lateral_box(mesh, ...).
-/// \param coarse  triangles are so large that the share varies within them: averages over every triangle of a
-///                wedge's fan, as in an axial box. Else tests one point near the vertex, and in 3-D averages
-///                only in the penumbra.
-/// \note O(triangles) rays, parallel, deterministic.
-std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const TriangleMesh& mesh,
-                                             const surface::RayScene& scene, const LateralBox& box,
-                                             const Wedges& wedges, bool coarse = false);
 
 }  // namespace sidewall::flux

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <vector>
 
+#include "flux/open_shares.hpp"
 #include "flux/yield.hpp"
 #include "surface/ray_scene.hpp"
 #include "tests/flux/extracted.hpp"
@@ -28,7 +29,7 @@ Species parallel_ions(double tilt_deg = 0.0, double azimuth_deg = 0.0) {
 
 std::vector<double> direct_on(const DirectFlux& direct, const Vec3& normal, double open = 1.0) {
     std::vector<double> flux(direct.tallies(), 0.0);
-    const std::vector<double> shares(direct.beams(), open);
+    const std::vector<double> shares(direct.beams() * direct.tallies(), open);
     direct.add(normal, 0, shares, flux);
     return flux;
 }
@@ -129,7 +130,7 @@ TEST_CASE("walls see the half of a beam that is above them, and what lies deep u
     Species species = parallel_ions();
     species.source_exponent = 1000.0;
     const auto open = open_shares(DirectFlux(species), mesh, scene, box, wedges);
-    REQUIRE(open.size() == 1);
+    REQUIRE(open.size() == 2);  // of arrivals and of the yield
     const auto least_of = [&](std::uint32_t triangle) {
         double least = 1.0;
         for (std::size_t k = 0; k < 3; ++k) least = std::min(least, open[0][wedges.corner[3 * triangle + k]]);
@@ -244,7 +245,7 @@ void add_quad(TriangleMesh& mesh, const Vec3& a, const Vec3& b, const Vec3& c, c
 
 // Share of a source seen from the middle of the floor of an endless slit, 1 wide and 10 deep. Half way down a
 // \p strip 0.2 wide may hang.
-double share_of_floor(const Species& species, bool strip) {
+double share_of_floor(const Species& species, bool strip, std::size_t tally = 0) {
     TriangleMesh mesh;
     const double end = 20.0;
     add_quad(mesh, {-0.01, -0.01, -10}, {0.01, -0.01, -10}, {0.01, 0.01, -10}, {-0.01, 0.01, -10});
@@ -256,7 +257,7 @@ double share_of_floor(const Species& species, bool strip) {
     box.min = {-0.5, -end}, box.max = {0.5, end};
     box.boundary = {Boundary::open, Boundary::open};
     const Wedges wedges = make_wedges(mesh);
-    return open_shares(DirectFlux(species), mesh, scene, box, wedges)[0][wedges.corner[0]];
+    return open_shares(DirectFlux(species), mesh, scene, box, wedges)[tally][wedges.corner[0]];
 }
 
 }  // namespace
@@ -298,4 +299,44 @@ TEST_CASE("a tabulated source of many bins is seen by their weights, in whatever
     }
     // 32 directions up to mirroring; each edge may put one on the wrong side and one beside it.
     CHECK(share_of_floor(species, false) == Approx(seen).margin(2.0 / 32.0));
+}
+
+TEST_CASE("a floor that sees one of two populations of ions has that one's yield") {
+    // Half of the ions are narrow and below the threshold, half are wide and above it: on the floor arrive
+    // the former, which remove nothing.
+    Species species = parallel_ions();
+    species.bins = {{0.0, 0.2 * kOneDegree, 4.0, 8.0, 0.5},
+                    {20.0 * kOneDegree, 20.5 * kOneDegree, 100.0, 100.0, 1.0}};
+    // Of slopes tan 20 degrees in all azimuths those up to 0.05 in x pass.
+    const double passes = 2.0 / kPi * std::asin(0.05 / std::tan(20.25 * kOneDegree));
+    CHECK(share_of_floor(species, false, 0) == Approx(0.5 * (1.0 + passes)).margin(2.0 / 32.0));
+    CHECK(share_of_floor(species, false, 1) == Approx(passes).margin(2.0 / 32.0));
+    std::swap(species.bins[0].energy_from, species.bins[1].energy_from);
+    std::swap(species.bins[0].energy_to, species.bins[1].energy_to);
+    species.bins[0].energy_from = species.bins[0].energy_to;
+    CHECK(share_of_floor(species, false, 1) >= 0.999);
+}
+
+TEST_CASE("deep walls see the steep part of a source, which arrives there at grazing incidence") {
+    // A wall 20 below the top of another one at a distance of 1 sees slopes s up to a = 0.05. They are nearly
+    // normal, of variance v = 1 / (n + 2), and arrivals are proportional to s, so that their share is
+    // 1 - exp(-a^2 / 2v). A yield cos(incidence) adds a factor s: erf(x) - 2 x exp(-x^2) / sqrt(pi), x^2 =
+    // a^2 / 2v.
+    TriangleMesh mesh;
+    const double end = 20.0;
+    add_quad(mesh, {0, -0.01, -20}, {0, 0.01, -20}, {0, 0.01, -19.99}, {0, -0.01, -19.99});
+    add_quad(mesh, {1, end, -25}, {1, -end, -25}, {1, -end, 0}, {1, end, 0});
+    const surface::RayScene scene(mesh);
+    LateralBox box;
+    box.min = {0.0, -end}, box.max = {1.0, end};
+    box.boundary = {Boundary::open, Boundary::open};
+    const Wedges wedges = make_wedges(mesh);
+    Species species = parallel_ions();
+    species.source_exponent = 500.0;
+    species.yields = {{"cos", Angular::cosine, 25.0}};
+    const auto open = open_shares(DirectFlux(species), mesh, scene, box, wedges);
+    const double x = 0.05 * std::sqrt(502.0 / 2.0);
+    CHECK(open[0][wedges.corner[0]] == Approx(1.0 - std::exp(-x * x)).margin(2.0 / 32.0));
+    CHECK(open[1][wedges.corner[0]] ==
+          Approx(std::erf(x) - 2.0 * x * std::exp(-x * x) / std::sqrt(kPi)).margin(2.0 / 32.0));
 }

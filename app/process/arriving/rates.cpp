@@ -23,7 +23,8 @@ namespace {
 struct SamplePoints {
     std::vector<int> materials;  // by layer
     std::size_t count = 0;
-    // Values a sample: fluxes without the parts that depend on the normal, coverages, open shares of beams.
+    // Values a sample: fluxes without the parts that depend on the normal, coverages, open shares of direct
+    // parts.
     std::size_t tallies = 0, coverages = 0, stride = 0;
     std::vector<double> values;
     std::vector<DirectPart> direct;                                             // sources and tallies only
@@ -57,14 +58,15 @@ struct SamplePoints {
                            positions.empty() ? Vec3(Vec3::Zero()) : positions[sample],
                            time};
         if (direct.empty()) return use(point);
-        boost::container::small_vector<double, 24> values_here(here.begin(), here.end());
-        const std::span<double> turned(values_here.data(), tallies + coverages);
-        std::span<const double> open = here.subspan(tallies + coverages);
+        const std::span<const double> before = here.first(tallies + coverages);
+        boost::container::small_vector<double, 24> values_here(before.begin(), before.end());
+        const std::span<double> turned(values_here.data(), values_here.size());
+        std::span<const double> open = here.subspan(before.size());
         for (const DirectPart& part : direct) {
-            const std::size_t beams = part.source->beams();
-            part.source->add(normal, static_cast<std::size_t>(point.material), open.first(beams),
+            const std::size_t shares = part.source->beams() * part.source->tallies();
+            part.source->add(normal, static_cast<std::size_t>(point.material), open.first(shares),
                              turned.subspan(part.tally, part.source->tallies()));
-            open = open.subspan(beams);
+            open = open.subspan(shares);
         }
         point.flux = turned.first(tallies);
         // If nothing arrives at this normal, steady coverages may not exist.
@@ -118,8 +120,7 @@ std::vector<std::uint8_t> sealed_samples(const levelset::MaterialStack& stack, c
     return sealed;
 }
 
-// Interpolates fluxes and coverages; unless \p whole, fluxes lack direct parts, and beams' open shares
-// follow.
+// Interpolates fluxes and coverages; unless \p whole, fluxes lack direct parts, and their open shares follow.
 void interpolate_parts(const SurfaceFlux& arriving, bool whole, std::uint32_t triangle, double u, double v,
                        std::span<double> values) {
     interpolate(arriving, triangle, u, v, values);
@@ -161,7 +162,11 @@ SamplePoints sample_points(const Model& model, const levelset::MaterialStack& st
     samples.visible.resize(model.visibility ? count : 0);
     const bool inert_top = is_inert(model, stack.layers.back().material);
     const TriangleMesh& mesh = surface.traced();
-    const std::size_t beams = samples.stride - samples.tallies - samples.coverages;
+    std::vector<std::size_t> beam_of;  // by open share of a sample
+    std::size_t beams = 0;
+    for (const DirectPart& part : samples.direct)
+        for (std::size_t b = 0; b < part.source->beams(); ++b, ++beams)
+            beam_of.insert(beam_of.end(), part.source->tallies(), beams);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 256), [&](const auto& range) {
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
             const levelset::SurfaceSample& s = extension.samples[n];
@@ -169,9 +174,9 @@ SamplePoints sample_points(const Model& model, const levelset::MaterialStack& st
             if (surface.arriving)
                 interpolate_parts(*surface.arriving, samples.direct.empty(), s.triangle, u, v,
                                   std::span(samples.values).subspan(n * samples.stride, samples.stride));
-            for (std::size_t b = 0; n >= extension.plain() && !hidden.empty() && b < beams; ++b)
-                if (hidden[(n - extension.plain()) * beams + b] != 0)
-                    samples.values[(n + 1) * samples.stride - beams + b] = 0.0;
+            for (std::size_t k = 0; n >= extension.plain() && !hidden.empty() && k < beam_of.size(); ++k)
+                if (hidden[(n - extension.plain()) * beams + beam_of[k]] != 0)
+                    samples.values[(n + 1) * samples.stride - beam_of.size() + k] = 0.0;
             if (model.depends_on_position) samples.positions[n] = levelset::surface_point(s, stack.domain);
             if (!model.visibility) continue;
             if (inert_top && extension.top_alone(n)) {  // it has no triangle, and its V is 0

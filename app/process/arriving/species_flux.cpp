@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "app/process/arriving/radiosity_fluxes.hpp"
+#include "flux/open_shares.hpp"
 #include "flux/radiosity/method_choice.hpp"
 #include "flux/revolution.hpp"
 #include "flux/tracer/smoothing.hpp"

@@ -48,7 +48,7 @@ struct TraceReport {
 struct DirectPart {
     std::shared_ptr<const flux::DirectFlux> source;
     std::size_t tally = 0;                  ///< index of the species' first tally
-    std::vector<std::vector<double>> open;  ///< by beam and wedge (flux::open_shares)
+    std::vector<std::vector<double>> open;  ///< by beam, tally and wedge (flux::open_shares)
     std::vector<std::vector<double>> rest;  ///< flux of later hits, by DirectFlux::tallies and wedge
 };
 
