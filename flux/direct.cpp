@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <utility>
 
 #include "flux/random.hpp"
@@ -215,23 +216,30 @@ std::vector<DirectFlux::Direction> DirectFlux::towards(std::size_t beam, std::si
     // All samples of a set: every other one would have azimuths that follow from the polar angles.
     const std::vector<Direction>& all = round ? round_ : alike == 2 ? in_profile_ : in_space_;
     const std::size_t each = round ? 1 : images_, images = std::max<std::size_t>(1, each / alike),
-                      groups = all.size() / each, count = std::bit_ceil(groups);
+                      groups = all.size() / each;
     // Order by bisection, so that the first few directions span the beam: both ends of the list (narrowest
     // and widest direction of a cos^n source), then midpoints.
-    std::vector<std::size_t> order{count - 1, 0};
-    for (std::size_t step = count / 2; step > 0; step /= 2)
-        for (std::size_t k = step; k + 1 < count; k += 2 * step) order.push_back(k);
+    std::vector<std::size_t> order{groups - 1, 0};
+    for (std::size_t step = std::bit_ceil(groups) / 2; step > 0; step /= 2)
+        for (std::size_t k = step; k + 1 < groups; k += 2 * step) order.push_back(k);
+    // What a place in a profile sees is an interval of slopes in x: its ends are those of the list.
+    std::vector<std::size_t> sorted(groups);
+    std::iota(sorted.begin(), sorted.end(), std::size_t{0});
+    if (alike == 2)
+        std::ranges::stable_sort(sorted, {}, [&](std::size_t n) {
+            const Vec3 d = turned(all[n * each].towards, turn);
+            return (images_ == 4 ? std::abs(d.x()) : d.x()) / d.z();
+        });
     // If there are four images, take a pair (x, -x) of each group, at y and -y in turn, then the other pairs.
     const std::size_t pair = std::min<std::size_t>(images, 2);
     std::vector<Direction> directions;
     for (std::size_t first = 0; first < images; first += pair)
         for (std::size_t m = 0; m < order.size(); ++m)
-            if (const std::size_t n = order[m]; n < groups)
-                for (std::size_t k = 0; k < pair; ++k) {
-                    const std::size_t image = (first + (m % 2) * pair) % images + k;
-                    directions.push_back(all[n * each + image]);
-                    directions.back().towards = turned(directions.back().towards, turn);
-                }
+            for (std::size_t k = 0; k < pair; ++k) {
+                const std::size_t image = (first + (m % 2) * pair) % images + k;
+                directions.push_back(all[sorted[order[m]] * each + image]);
+                directions.back().towards = turned(directions.back().towards, turn);
+            }
     return directions;
 }
 
