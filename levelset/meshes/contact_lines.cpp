@@ -29,6 +29,10 @@ constexpr double kFromFoot = 0.25;
 // by less than 32 degrees (cosine kAlike) have no corner: there a film tapers off.
 constexpr double kLeastCorner = 0.05, kAlike = 0.85;
 
+// Cells: a restored corner this close to an end of the edge that it divides, and not between its ends, would
+// fold the triangles at that end.
+constexpr double kNearEnd = 0.15;
+
 // Least cosine between the normals of a triangle and its parts: the sides of a restored corner turn by nearly
 // a right angle from the triangle that cut it off if one side is short.
 constexpr double kFolded = -0.8;
@@ -269,6 +273,10 @@ TriangleMesh interface_mesh(const Fronts& fronts, const MaterialStack& stack, st
             if (!point) continue;
             const Vec3 along = (to - from).normalized();
             if ((*point - from).cross(along).norm() < kLeastCorner * domain.spacing) continue;
+            const auto just_beyond = [&](const Vec3& end, const Vec3& outward) {
+                return (*point - end).dot(outward) > 0.0 && (*point - end).norm() < kNearEnd * domain.spacing;
+            };
+            if (just_beyond(from, -along) || just_beyond(to, along)) continue;
             keep_on_sides(domain, from, to, *point);
             points.emplace(divided_edge(a, b), static_cast<std::uint32_t>(mesh.vertices.size()));
             mesh.vertices.push_back(*point);

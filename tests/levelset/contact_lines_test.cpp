@@ -1,9 +1,12 @@
 #include "levelset/meshes/contact_lines.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
+#include <utility>
 
 #include "surface/distance.hpp"
 #include "surface/topology.hpp"
@@ -52,6 +55,21 @@ double reach(const MaterialStack& stack, const StackMeshes& meshes, std::size_t 
                         add(p);
                 }
     return most;
+}
+
+// Whether the mesh's border turns back anywhere, as where a triangle at a side is folded.
+bool border_turns_back(const TriangleMesh& mesh) {
+    std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
+    for (const Triangle& t : mesh.triangles)
+        for (std::size_t k = 0; k < 3; ++k) ++edges[{t[k], t[(k + 1) % 3]}];
+    std::map<std::uint32_t, std::uint32_t> next;
+    for (const auto& [edge, count] : edges)
+        if (!edges.contains({edge.second, edge.first})) next.insert(edge);
+    return std::ranges::any_of(next, [&](const auto& edge) {
+        const Vec3& at = mesh.vertices[edge.second];
+        const Vec3 before = at - mesh.vertices[edge.first], after = mesh.vertices[next.at(edge.second)] - at;
+        return before.normalized().dot(after.normalized()) < -0.8;
+    });
 }
 
 void check_meshes(const StackMeshes& meshes) {
@@ -128,6 +146,20 @@ TEST_CASE(
                               Approx(silicon_area + mask_area).margin(most));
                     CHECK(meshes.surface.added.empty());  // all contact lines lie on sharp edges
                 }
+}
+
+TEST_CASE("the border of an interface under a straight mask does not turn back where the undercut ends") {
+    for (const double width : {11.0, 12.0, 12.4})
+        for (const double etched : {5.0, 6.0, 7.3}) {
+            const Domain domain = make_domain({32.0, 6.0}, 1.0, {Side::reflective, Side::reflective});
+            MaterialStack stack = make_stack(domain, {{0, Shape{.top = 10.0}}, {1, plate(13.0, width)}});
+            test::move(stack, etched, {},
+                       [](std::size_t layer, const Vec3&) { return layer == 0 ? -1.0 : 0.0; });
+            const StackMeshes meshes = extract_materials(stack, extract_surface(stack));
+            CAPTURE(width, etched);
+            check_meshes(meshes);
+            CHECK_FALSE(border_turns_back(meshes.interfaces[0]));
+        }
 }
 
 TEST_CASE("what a film covers has its edges") {
