@@ -58,8 +58,7 @@ const char* name_of(Boundary boundary) {
     return std::ranges::find(kBoundaries, boundary, &std::pair<const char*, Boundary>::second)->first;
 }
 
-TriangleMesh read_repaired(const std::string& path) {
-    surface::MeshMetadata metadata;
+TriangleMesh read_repaired(const std::string& path, surface::MeshMetadata& metadata) {
     TriangleMesh mesh = surface::read_mesh(path, &metadata);
     if (is_round_profile(metadata))
         throw RecipeError(
@@ -153,7 +152,8 @@ void print_choice(const flux::MethodChoice& choice) {
 
 void run_flux(const FluxArguments& arguments) {
     check_arguments(arguments);
-    const TriangleMesh mesh = read_repaired(arguments.mesh);
+    surface::MeshMetadata metadata;
+    const TriangleMesh mesh = read_repaired(arguments.mesh, metadata);
     const FluxMaterials materials = flux_materials(mesh, arguments.mesh);
     const flux::Species species = species_of(arguments.source, mesh, materials, arguments.mesh);
     const flux::LateralBox box = find_box(mesh, arguments);
@@ -195,7 +195,7 @@ void run_flux(const FluxArguments& arguments) {
     if (found.leaked > 0)
         print_warning(fmt::format("sidewall flux: {} of {} particles went through the surface", found.leaked,
                                   found.emitted));
-    if (!arguments.output.empty()) write_flux(arguments.output, mesh, found);
+    if (!arguments.output.empty()) write_flux(arguments.output, mesh, metadata, found);
     Json json = summarise(arguments, mesh, box, found);
     json.merge_patch(found_json(found));
     json["seconds"]["bvh"] = bvh;

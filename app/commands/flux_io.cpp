@@ -100,7 +100,8 @@ flux::Species species_of(const FluxSource& source, const TriangleMesh& mesh, con
     return species;
 }
 
-void write_flux(const std::string& path, TriangleMesh mesh, const flux::TallyFlux& result) {
+void write_flux(const std::string& path, TriangleMesh mesh, const surface::MeshMetadata& metadata,
+                const flux::TallyFlux& result) {
     if (fs::path(path).extension() == ".csv") return write_file(path, csv_text(mesh, result));
     std::vector<double> area(mesh.triangles.size());
     for (std::size_t t = 0; t < area.size(); ++t) area[t] = triangle_area(mesh, t);
@@ -109,7 +110,7 @@ void write_flux(const std::string& path, TriangleMesh mesh, const flux::TallyFlu
     set_attribute(mesh.triangle_attributes, "area", std::move(area));
     set_attribute(mesh.vertex_attributes, "flux", result.vertex.flux);
     set_attribute(mesh.vertex_attributes, "flux_error", result.vertex.error);
-    surface::write_mesh(path, mesh);
+    surface::write_mesh(path, mesh, metadata);
 }
 
 Json found_json(const flux::FoundFlux& found) {

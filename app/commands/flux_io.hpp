@@ -8,6 +8,7 @@
 #include "flux/radiosity/method_choice.hpp"
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"
+#include "surface/files/mesh_metadata.hpp"
 #include "surface/triangle_mesh.hpp"
 
 // Input and output of `sidewall flux`: the species from options and materials, results as CSV, VTP or JSON.
@@ -44,9 +45,10 @@ flux::Species species_of(const FluxSource& source, const TriangleMesh& mesh, con
                          const std::string& path);
 
 /// Writes a flux on \p mesh as .csv, a row a triangle, or as .vtp with flux, flux_error and area of each
-/// triangle and flux and flux_error of each vertex.
+/// triangle, flux and flux_error of each vertex and the mesh's \p metadata.
 /// \throws IoError if \p path cannot be written.
-void write_flux(const std::string& path, TriangleMesh mesh, const flux::TallyFlux& result);
+void write_flux(const std::string& path, TriangleMesh mesh, const surface::MeshMetadata& metadata,
+                const flux::TallyFlux& result);
 
 /// The part of the summary on the calculation: method, rays, times, balance of particles and errors.
 Json found_json(const flux::FoundFlux& found);

@@ -120,10 +120,11 @@ std::vector<double> figures_of(const ValidationCase& one, const CaseRun& made,
 }
 
 // A row of the report, from the results on the case's grid, on twice the spacing and with another seed.
-// \param least  smallest error bar of the grid.
+// \param least  smallest error bar of the grid. It counts for within_bars where the bar is unknown (NaN).
 Json reading(const ReferenceFigure& figure, double ours, double coarse, double other, double least) {
-    const double noise = std::abs(other - ours), grid = std::max(least, std::abs(coarse - ours));
-    const double deviation = ours - figure.reference, bars = noise + grid + figure.bar;
+    const double noise = std::abs(other - ours), change = std::abs(coarse - ours),
+                 grid = std::isnan(change) ? change : std::max(least, change);
+    const double deviation = ours - figure.reference, bars = noise + std::fmax(grid, least) + figure.bar;
     return {{"label", figure.label},
             {"unit", figure.unit},
             {"x", number_or_null(figure.x)},
@@ -135,7 +136,7 @@ Json reading(const ReferenceFigure& figure, double ours, double coarse, double o
             {"reference", number_or_null(figure.reference, 8)},
             {"reference_bar", number_or_null(figure.bar, 2)},
             {"deviation", number_or_null(deviation, 3)},
-            {"deviation_percent", number_or_null(100.0 * deviation / figure.reference, 3)},
+            {"deviation_percent", number_or_null(100.0 * deviation / std::abs(figure.reference), 3)},
             {"within_bars", std::abs(deviation) <= bars}};
 }
 
@@ -233,14 +234,18 @@ std::string section_of(const Json& row) {
         const char* within = reading.at("within_bars").get<bool>() ? "yes" : "no";
         std::string label = reading.at("label").get<std::string>();
         std::ranges::replace(label, '|', '/');  // '|' would end a cell of the table
-        page += fmt::format("| {}{} | {:.5g} | {:.2g} | {:.2g} | {:.6g}{} | {} | {} |\n", label,
-                            unit == "1" ? "" : ", in " + unit, reading.at("ours"), reading.at("noise"),
-                            reading.at("grid"), reading.at("reference"),
-                            bar > 0.0 ? fmt::format(" +- {:.2g}", bar) : "",
-                            percent.is_null() ? "" : fmt::format("{:.2g} %", percent),
-                            role.empty()       ? within
-                            : role == "fitted" ? role
-                                               : fmt::format("{}, {}", within, role));
+        const auto error = [&](const char* name) {
+            const Json& of = reading.at(name);
+            return of.is_null() ? "unknown" : fmt::format("{:.2g}", of);
+        };
+        page +=
+            fmt::format("| {}{} | {:.5g} | {} | {} | {:.6g}{} | {} | {} |\n", label,
+                        unit == "1" ? "" : ", in " + unit, reading.at("ours"), error("noise"), error("grid"),
+                        reading.at("reference"), bar > 0.0 ? fmt::format(" +- {:.2g}", bar) : "",
+                        percent.is_null() ? "" : fmt::format("{:.2g} %", percent),
+                        role.empty()       ? within
+                        : role == "fitted" ? role
+                                           : fmt::format("{}, {}", within, role));
     }
     const auto note = row.at("note").get<std::string>(), fitted = row.at("fitted").get<std::string>();
     return page + reasons(row.at("readings")) +

@@ -15,6 +15,7 @@
 #include "app/fit/fit_report.hpp"
 #include "app/fit/fit_search.hpp"
 #include "app/fit/fit_targets.hpp"
+#include "app/process/state.hpp"
 #include "app/recipe/effective_recipe.hpp"
 #include "app/recipe/node_path.hpp"
 #include "app/schema/keys.hpp"
@@ -176,11 +177,15 @@ Fit read_fit(const FitOptions& options) {
 Json plan_of(const Fit& fit) {
     const FitOptions& options = fit.options;
     std::string profiles, first;
+    std::set<std::string> paths;
     for (const FitRecipe& part : fit.parts) {
         for (const MeasuredProfile& profile : part.targets.profiles)
             for (const Eigen::Vector2d& p : profile.points) profiles += fmt::format("{},{} ", p.x(), p.y());
-        first += effective_recipe(recipe_of(part, values_of(fit, fit.start)));
+        const Recipe recipe = recipe_of(part, values_of(fit, fit.start));
+        first += effective_recipe(recipe);
+        paths.merge(input_paths(recipe));
     }
+    const Json files = files_of_plan(paths);
     return Json{
         {"version", version()},
         {"recipe", fmt::format("{}", fmt::join(options.recipes, " "))},
@@ -191,7 +196,8 @@ Json plan_of(const Fit& fit) {
         {"profile_sigma", options.profile_sigma ? Json(*options.profile_sigma) : Json()},
         {"profile_offset", options.profile_offset},
         {"method", options.method},
-        {"digest", digest(fmt::format("{} {} {} {}", version(), first, profiles,
+        {"files", files},
+        {"digest", digest(fmt::format("{} {} {} {} {}", version(), first, profiles, files,
                                       Json{options.vary, options.targets, options.profiles, options.method,
                                            options.profile_offset, options.profile_sigma.value_or(0.0)}
                                           .dump()))}};

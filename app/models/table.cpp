@@ -39,6 +39,7 @@ std::size_t index_on(const std::vector<double>& axis, double x) {
 }
 
 constexpr double kRadians = std::numbers::pi / 180.0;
+constexpr double kFlattest = 90.0 * kRadians - 1e-8;  // largest angle that tracing accepts, and a margin
 
 // The named column, in degree, eV or no unit. For messages, \p all lists the required columns.
 const std::vector<double>& column_of(const CsvTable& csv, const char* name, const char* all) {
@@ -50,6 +51,8 @@ const std::vector<double>& column_of(const CsvTable& csv, const char* name, cons
         throw FileError("{}: has no column {}; a source has {}, and this file {}", csv.file, name, all,
                         fmt::join(names, ", "));
     }
+    if (std::ranges::count(csv.columns, name, &CsvColumn::name) > 1)
+        throw FileError("{}: has more than one column {}: keep one of them", csv.file, name);
     constexpr std::string_view kUnits[] = {"", "eV", "deg", "degree", "degrees", "\xc2\xb0"};
     if (std::ranges::find(kUnits, found->unit) == std::end(kUnits))
         throw FileError("{}: {} is in {}: give angles in degree and energies in eV", csv.file, name,
@@ -57,14 +60,20 @@ const std::vector<double>& column_of(const CsvTable& csv, const char* name, cons
     return numbers_of(*found);
 }
 
-// Turns running sums of weights, which end at `total`, into cumulative shares, which end at 1.
-std::vector<flux::SourceBin> shared_out(std::vector<flux::SourceBin> bins, double total,
+// Turns running sums of weights, which end at `total`, into cumulative shares, which end at 1. Leaves out
+// bins that are lost in the rounding of the sum.
+std::vector<flux::SourceBin> shared_out(const std::vector<flux::SourceBin>& bins, double total,
                                         const std::string& file) {
     if (!(total > 0.0) || !std::isfinite(total))
-        throw FileError("{}: its weights add up to {:g}", file, total);
-    for (flux::SourceBin& bin : bins) bin.until /= total;
-    bins.back().until = 1.0;
-    return bins;
+        throw FileError(
+            "{}: its weights add up to {:g}: give {}", file, total,
+            total > 0.0 ? "smaller ones, their ratios count" : "rows of a wider angle or a larger weight");
+    std::vector<flux::SourceBin> kept;
+    for (flux::SourceBin bin : bins) {
+        bin.until /= total;
+        if (bin.until > (kept.empty() ? 0.0 : kept.back().until)) kept.push_back(bin);
+    }
+    return kept;
 }
 
 // One bin a row: angles and, with \p energies, energies. \p all lists the columns for messages.
@@ -87,10 +96,10 @@ std::vector<flux::SourceBin> bins_of_histogram(const CsvTable& csv, bool energie
                 csv.file, r + 1, energies ? "energies must rise within [0, 1e6] eV, angles" : "angles");
         if (weight[r] == 0.0) continue;
         total += weight[r];
-        bins.push_back(
-            {kRadians * angle_from[r], kRadians * angle_to[r], energy_from[r], energy_to[r], total});
+        bins.push_back({std::min(kRadians * angle_from[r], kFlattest),
+                        std::min(kRadians * angle_to[r], kFlattest), energy_from[r], energy_to[r], total});
     }
-    return shared_out(std::move(bins), total, csv.file);
+    return shared_out(bins, total, csv.file);
 }
 
 }  // namespace
@@ -149,7 +158,7 @@ double sine_integral(double p, double q, double a) {
 }
 
 std::vector<flux::SourceBin> bins_of_intensity(const CsvTable& csv) {
-    constexpr double kWidest = 0.25 * kRadians, kRight = 90.0 * kRadians - 1e-8;
+    constexpr double kWidest = 0.25 * kRadians;
     std::vector<double> angle = column_of(csv, "angle", "angle and intensity"),
                         intensity = column_of(csv, "intensity", "angle and intensity");
     for (std::size_t r = 0; r < angle.size(); ++r)
@@ -166,7 +175,7 @@ std::vector<flux::SourceBin> bins_of_intensity(const CsvTable& csv) {
     std::vector<flux::SourceBin> bins;
     double total = 0.0;
     for (std::size_t r = 0; r + 1 < angle.size(); ++r) {
-        const double from = kRadians * angle[r], to = std::min(kRadians * angle[r + 1], kRight);
+        const double from = kRadians * angle[r], to = std::min(kRadians * angle[r + 1], kFlattest);
         const double q = (intensity[r + 1] - intensity[r]) / (kRadians * (angle[r + 1] - angle[r])),
                      p = intensity[r] - q * from;
         const int parts = std::max(1, static_cast<int>(std::ceil((to - from) / kWidest - 1e-9)));
@@ -178,7 +187,7 @@ std::vector<flux::SourceBin> bins_of_intensity(const CsvTable& csv) {
             bins.push_back({low, high, 0.0, 0.0, total});
         }
     }
-    return shared_out(std::move(bins), total, csv.file);
+    return shared_out(bins, total, csv.file);
 }
 
 }  // namespace

@@ -7,12 +7,12 @@
 #include <array>
 #include <cmath>
 #include <new>
-#include <set>
 
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
 #include "app/process/revision.hpp"
 #include "app/recipe/effective_recipe.hpp"
+#include "app/recipe/steps.hpp"
 #include "app/schema/keys.hpp"
 #include "levelset/layers/checkpoint.hpp"
 #include "levelset/layers/level_features.hpp"
@@ -119,14 +119,36 @@ void RunState::enter(std::size_t next) {
     starts.resize(next + 1, process_time());
 }
 
-std::vector<InputFile> input_files(const Recipe& recipe) {
-    std::set<std::string> paths;
+namespace {
+
+void add_paths(const std::vector<Step>& steps, std::set<std::string>& paths) {
+    for (const Step& step : steps) {
+        paths.insert(step.pattern.file);
+        each_key(model_keys(step), [&](const Key& key, const std::string&) {
+            if (names_file(key)) paths.insert(*std::get<std::string*>(key.target));
+        });
+        add_paths(step.steps, paths);
+    }
+}
+
+}  // namespace
+
+std::set<std::string> input_paths(const Recipe& recipe) {
+    std::set<std::string> paths{recipe.start.from};
     for (const Layer& layer : recipe.layers) paths.insert(layer.file);
-    for (const Step& step : expanded_steps(recipe)) paths.insert(step.pattern.file);
+    add_paths(recipe.steps, paths);
     paths.erase("");
+    return paths;
+}
+
+std::vector<InputFile> input_files(const std::set<std::string>& paths) {
     std::vector<InputFile> files;
     files.reserve(paths.size());
-    for (const std::string& path : paths) files.push_back({path, digest(surface::read_whole_file(path))});
+    for (const std::string& path : paths) {
+        const std::filesystem::path file(path);
+        const bool run = std::filesystem::is_directory(file);
+        files.push_back({path, digest(surface::read_whole_file(run ? file / "checkpoint.vdb" : file))});
+    }
     return files;
 }
 
@@ -206,7 +228,7 @@ RunState resume_state(const std::filesystem::path& folder, const Recipe& recipe)
     const std::string advice = "choose another folder with -o, or start anew with --overwrite";
     Checkpoint checkpoint = read_checkpoint(folder, recipe, advice);
     try {
-        const std::vector<InputFile> inputs = input_files(recipe);
+        const std::vector<InputFile> inputs = input_files(input_paths(recipe));
         const std::string text = with_files_as_now(checkpoint.recipe, checkpoint.state.inputs, inputs);
         checkpoint.state.inputs = inputs;
         if (text == effective_recipe(recipe)) return std::move(checkpoint.state);

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -28,10 +29,10 @@ struct SavedStack {
     std::vector<int> materials;  ///< of the layers, from the bottom up
 };
 
-/// A mesh, layout or profile file that the recipe names.
+/// A file that the recipe reads, or the folder of the run that it starts from.
 struct InputFile {
     std::string path;    ///< absolute
-    std::string digest;  ///< of the file's bytes
+    std::string digest;  ///< of the file's bytes, or of that run's checkpoint
 };
 
 /// What is known of the current step's endpoint.
@@ -67,7 +68,7 @@ struct RunState {
     std::vector<SpeciesMethod> methods;   ///< by species of the current step; empty before its first trace
     std::vector<SavedFile> files;         ///< listed in surface.pvd
     std::vector<SavedStack> stacks;       ///< one for each surface written
-    std::vector<InputFile> inputs;        ///< files that the recipe names
+    std::vector<InputFile> inputs;        ///< as the run read them
     History history;                      ///< what summary.json reports of all steps
     Timing timing;
 
@@ -97,9 +98,13 @@ struct RunState {
     void enter(std::size_t next);
 };
 
-/// The files that the recipe names, with digests of their present contents.
-/// \throws FileError, IoError if one cannot be read.
-std::vector<InputFile> input_files(const Recipe& recipe);
+/// The paths of all that the recipe reads: meshes, layouts and profiles of layers and patterns, tables and
+/// sources of models, and the folder of the run that it starts from.
+std::set<std::string> input_paths(const Recipe& recipe);
+
+/// Digests of the present contents.
+/// \throws FileError if one cannot be read.
+std::vector<InputFile> input_files(const std::set<std::string>& paths);
 
 /// Contents of DIR/checkpoint.vdb.
 struct Checkpoint {

@@ -161,7 +161,7 @@ levelset::MaterialStack stack_of_run(const Recipe& recipe, const std::function<b
 
 RunState initial_state(const Recipe& recipe, const std::function<bool()>& stop) {
     RunState state;
-    state.inputs = input_files(recipe);
+    state.inputs = input_files(input_paths(recipe));
     state.stack = recipe.start.from.empty() ? stack_of_layers(recipe, stop) : stack_of_run(recipe, stop);
     state.enter(0);
     state.history = begin_history(state.stack, recipe.materials.size());

@@ -187,7 +187,7 @@ Raises GeometryError for a mesh without points or triangles.)");
         "extract", &extracted, "phi"_a, "spacing"_a, "origin"_a = std::array<double, 3>{},
         R"(Extracts the zero level of a signed distance, negative inside the material, by marching cubes.
 
-phi: values at the nodes of a grid, axes x, y, z; node (i, j, k) lies at origin + spacing * (i, j, k). Values farther than
+phi: values, in the unit of spacing, at the nodes of a grid, axes x, y, z; node (i, j, k) lies at origin + spacing * (i, j, k). Values farther than
 three spacings from zero may be clipped. The surface may end at the array's sides in x and y, but not in z.
 
 Returns a Mesh; if origin is 0, its open boundary lies exactly in the planes of the sides.

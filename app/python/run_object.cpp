@@ -272,8 +272,9 @@ void Simulation::close() {
 }
 
 void add_simulation(py::module_& module) {
-    py::class_<StepObject, std::shared_ptr<StepObject>>(module, "TimeStep",
-                                                        R"(The wafer before a time step, or at the run's end.
+    py::class_<StepObject, std::shared_ptr<StepObject>>(
+        module, "TimeStep",
+        R"(The wafer before a time step, or at the run's end. Lengths, times and rates are in the recipe's units.
 
 surface() and measures stay available once they were read; everything else only until the next one is requested.)")
         .def_readonly("time", &StepObject::time, "process time, in the recipe's unit")
@@ -281,7 +282,8 @@ surface() and measures stay available once they were read; everything else only 
         .def_readonly("step", &StepObject::step, "name of the recipe's step")
         .def_property_readonly(
             "measures", &StepObject::measures,
-            "dict of the figures that [metrology] asks for, by name; nan where a figure does not exist")
+            "dict of the figures that [metrology] asks for, by name, angles in degree; nan where a figure does "
+            "not exist")
         .def_property_readonly(
             "fluxes", &StepObject::fluxes,
             "dict of arrays by species, one value for each triangle of surface(); 1 on an open plane")

@@ -161,7 +161,8 @@ Its arrays are read-only views of its memory, not copies, and keep it alive.)")
         .def_property_readonly("point_flux_error",
                                numbers([](const Traced& t) -> auto& { return t.vertex.error; }),
                                "its standard error")
-        .def_property_readonly("area", numbers(&Traced::area), "area of each triangle")
+        .def_property_readonly("area", numbers(&Traced::area),
+                               "area of each triangle, in the points' unit squared")
         .def_readonly("relative_error", &Traced::relative_error,
                       "sum(area * standard error) / sum(area * flux) over the points")
         .def_readonly("rays", &Traced::emitted, "number of particles that left the source")

@@ -158,8 +158,7 @@ class DeckConverter {
                     continue;
                 }
             }
-            if (auto* file = node->as_string();
-                file != nullptr && from_deck(*node) && (key.name == "file" || key.name.ends_with("_file")))
+            if (auto* file = node->as_string(); file != nullptr && from_deck(*node) && names_file(key))
                 file->get() = (use_.deck.file.parent_path() / file->get()).lexically_normal().string();
             factors_[inner + key.name] = factor(key.unit);
             scale(*node, inner + key.name, factor(key.unit), text);

@@ -50,8 +50,7 @@ std::vector<Step> read_list(const toml::table& parent, std::string_view key, con
 void find_file(const toml::table& table, const std::string& path, const Key& key, const std::string& inner,
                Recipe& recipe) {
     std::string* const* target = std::get_if<std::string*>(&key.target);
-    if (target == nullptr || (*target)->empty() || (key.name != "file" && !key.name.ends_with("_file")))
-        return;
+    if (target == nullptr || (*target)->empty() || !names_file(key)) return;
     std::string& name = **target;
     const std::filesystem::path folder = std::filesystem::path(recipe.file).parent_path();
     name = std::filesystem::absolute(folder / name).lexically_normal().string();

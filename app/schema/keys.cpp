@@ -164,6 +164,10 @@ Rule required(Rule rule) {
     return rule;
 }
 
+bool names_file(const Key& key) {
+    return key.name == "file" || key.name.ends_with("_file");
+}
+
 void each_key(const std::vector<Key>& keys,
               const std::function<void(const Key&, const std::string& path)>& visit,
               const std::string& before) {

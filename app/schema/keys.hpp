@@ -168,6 +168,9 @@ T* target_of(const std::vector<Key>& keys, std::string_view name) {
     return nullptr;
 }
 
+/// Whether the value of a key is the path of a file that the recipe reads.
+bool names_file(const Key& key);
+
 /// Calls \p visit with every key and its path; the path of a key in a list of tables is `list[0].key`.
 void each_key(const std::vector<Key>& keys,
               const std::function<void(const Key&, const std::string& path)>& visit,

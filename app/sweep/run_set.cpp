@@ -8,7 +8,6 @@
 #include <deque>
 #include <memory>
 #include <optional>
-#include <set>
 #include <thread>
 
 #include "app/common/files.hpp"
@@ -18,6 +17,7 @@
 #include "app/common/text.hpp"
 #include "app/process/estimate/memory.hpp"
 #include "app/process/record/manifest.hpp"
+#include "app/process/state.hpp"
 #include "app/recipe/effective_recipe.hpp"
 #include "app/results/result.hpp"
 #include "surface/files/file.hpp"
@@ -314,6 +314,12 @@ std::size_t read_ended(RunSet& set) {
     std::size_t count = 0;
     for (std::size_t number = 1; number <= set.runs.size(); ++number) count += read_end(set, number) ? 1 : 0;
     return count;
+}
+
+Json files_of_plan(const std::set<std::string>& paths) {
+    Json files = Json::object();
+    for (const InputFile& file : input_files(paths)) files[file.path] = file.digest;
+    return files;
 }
 
 void open_batch_folder(const fs::path& folder, const std::string& file, const std::string& what,

@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -67,6 +68,10 @@ void help_with_runs(const std::filesystem::path& folder, std::size_t jobs);
 /// Reads the runs whose folder holds their result, and counts them.
 /// \throws RecipeError if a folder holds another recipe.
 std::size_t read_ended(RunSet& set);
+
+/// Digests of the files that a set's recipes read, by path: its plan's entry "files".
+/// \throws FileError if one cannot be read.
+Json files_of_plan(const std::set<std::string>& paths);
 
 /// Checks that DIR holds no results, or those of the same plan to resume; removes half-written files.
 /// \pre no other process writes there.

@@ -8,6 +8,7 @@
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
 #include "app/common/version.hpp"
+#include "app/process/state.hpp"
 #include "app/recipe/figure_names.hpp"
 #include "surface/files/file.hpp"
 
@@ -41,17 +42,25 @@ Sweep read_sweep(const SweepOptions& options) {
         .set = {.folder = options.output, .jobs = options.jobs, .resume_command = options.resume_command}};
     for (const Vary& vary : varied) sweep.keys.push_back(vary.key);
     std::string all = version();
+    std::set<std::string> paths;
     for (RunValues& values : points_of(options, varied)) {
         Recipe recipe = recipe_at(text, options.recipe, options.overrides, sweep.keys, values);
         for (const std::string& name : options.measures) want_measure(recipe, name, "--measure");
         const std::size_t number = add_run(sweep.set, recipe);
         all += sweep.set.runs[number - 1].recipe;
+        paths.merge(input_paths(recipe));
         sweep.points.push_back({std::move(values), number});
     }
-    sweep.plan =
-        Json{{"version", version()},        {"recipe", options.recipe},    {"vary", options.vary},
-             {"design", options.design},    {"rows", sweep.points.size()}, {"set", options.overrides},
-             {"measure", options.measures}, {"digest", digest(all)}};
+    const Json files = files_of_plan(paths);
+    sweep.plan = Json{{"version", version()},
+                      {"recipe", options.recipe},
+                      {"vary", options.vary},
+                      {"design", options.design},
+                      {"rows", sweep.points.size()},
+                      {"set", options.overrides},
+                      {"measure", options.measures},
+                      {"files", files},
+                      {"digest", digest(fmt::format("{} {}", all, files))}};
     return sweep;
 }
 

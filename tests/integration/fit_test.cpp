@@ -290,6 +290,29 @@ TEST_CASE("a fit that was stopped goes on to the same end with the runs that are
         Catch::Contains("holds another fit, which differs in vary, target"));
 }
 
+TEST_CASE("a fit does not take results of an edited table for its own") {
+    const FitFolder c;
+    std::ofstream(c.path / "rates.csv") << "x,rate\n0,-1\n1,-1\n";
+    std::ofstream(c.path / "recipe.toml") << R"toml([domain]
+extent = [1.0]
+grid_spacing = 0.1
+[[layer]]
+material = "Si"
+[[step]]
+model = "formula"
+duration = 0.1
+rate = "rates(x)"
+tables = [{ name = "rates", file = "rates.csv" }]
+)toml";
+    const std::string fit =
+        "fit recipe.toml -o fit --vary step[0].duration=0.1:0.2 --target depth=0.15 --max-runs 3";
+    c.run(fit);
+    c.run(fit + " --resume");
+    std::ofstream(c.path / "rates.csv") << "x,rate\n0,-2\n1,-2\n";
+    CHECK_THAT(c.run(fit + " --resume", 2).output,
+               Catch::Contains("holds another fit, which differs in files"));
+}
+
 TEST_CASE("rate and duration, which act as a product, are named as not identifiable", "[slow]") {
     const FitFolder c;
     const Outcome outcome = c.run(

@@ -174,6 +174,28 @@ TEST_CASE("a sweep that cannot be run is refused before its first run") {
                Catch::Contains("no such file"));
 }
 
+TEST_CASE("a sweep does not take results of an edited table for its own") {
+    const SweepFolder c;
+    std::ofstream(c.path / "rates.csv") << "x,rate\n0,-1\n1,-2\n";
+    std::ofstream(c.path / "recipe.toml") << R"toml([domain]
+extent = [1.0]
+grid_spacing = 0.1
+[[layer]]
+material = "Si"
+[[step]]
+model = "formula"
+duration = 0.1
+rate = "rates(x)"
+tables = [{ name = "rates", file = "rates.csv" }]
+)toml";
+    const std::string plan = "sweep recipe.toml -o out --plan --vary step[0].duration=0.1,0.2";
+    c.run(plan);
+    c.run(plan + " --resume");
+    std::ofstream(c.path / "rates.csv") << "x,rate\n0,-1\n1,-3\n";
+    CHECK_THAT(c.run(plan + " --resume", 2).output,
+               Catch::Contains("holds another sweep, which differs in files"));
+}
+
 TEST_CASE("every figure that a sweep can be asked for is a column of its table") {
     const SweepFolder c;
     c.run(

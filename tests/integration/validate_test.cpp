@@ -136,6 +136,41 @@ TEST_CASE("validate goes on where it was killed, and a part of the cases keeps t
           std::string::npos);
 }
 
+TEST_CASE("a deviation has the sign of ours less the reference, and a grid error is unknown on one grid") {
+    const OneCase one("even_film");
+    test::write_bytes(one.recipe, R"([domain]
+extent = [1.0, 1.0]
+grid_spacing = 0.1
+[[layer]]
+material = "Si"
+[[step]]
+model = "single_particle"
+duration = 0.1
+rate = -1.0
+sticking = 1.0
+[flux]
+rays = 1000
+[simplify]
+method = "none"
+)");
+    // On twice the spacing no triangle's centroid is that near to the axis.
+    test::write_bytes(one.table,
+                      "# title: t\n# source: s\nfigure,label,unit,reference,bar,per,radius\n"
+                      "depth,negative,um,-0.08,0,-1,\nflux_neutral,one grid,1,1,0.5,,0.06\n");
+    const test::Outcome outcome = one.validate(" --json -");
+    INFO(outcome.output);
+    REQUIRE(outcome.exit_code == 0);
+    const auto readings = nlohmann::json::parse(outcome.output)["cases"][0]["readings"];
+    const double deviation = readings[0]["deviation"];
+    CHECK(deviation < 0.0);
+    CHECK(readings[0]["deviation_percent"].get<double>() == Approx(100.0 * deviation / 0.08).epsilon(0.01));
+    CHECK(readings[1]["ours"].get<double>() > 0.5);
+    CHECK(readings[1]["grid"].is_null());
+    CHECK(readings[1]["within_bars"] == true);
+    CHECK_THAT(test::read_bytes(one.folder.path / "out" / "validation.md"),
+               Catch::Contains("| one grid | ") && Catch::Contains(" | unknown | 1 +- 0.5 |"));
+}
+
 TEST_CASE("a case that validate does not know is refused by its name") {
     const test::Folder folder;
     const auto outcome = test::run_program(folder.path, "validate --case koh_pitt");

@@ -246,6 +246,26 @@ def test_a_changed_recipe_traces_with_it_and_resumes(tmp_path):
     assert (tmp_path / "plain" / "surface_0001.vtp").read_bytes() != (tmp_path / "whole" / "surface_0001.vtp").read_bytes()
 
 
+def test_a_run_does_not_resume_with_an_edited_table_not_even_one_that_it_took_on_its_way(tmp_path):
+    for name in ("first.csv", "second.csv"):
+        (tmp_path / name).write_text("x,rate\n0,-1\n1,-2\n")
+    table = [{"name": "rates", "file": str(tmp_path / "first.csv")}]
+    step = {"model": "formula", "duration": 1.0, "rate": "rates(x)", "tables": table}
+    simulation = sidewall.Simulation(PLANE | {"step": [step]}, tmp_path / "out")
+    with simulation:
+        for count, _ in enumerate(simulation):
+            if count == 1:
+                simulation.recipe["step[0].tables[0].file"] = str(tmp_path / "second.csv")
+            if count == 2:
+                break
+    (tmp_path / "second.csv").write_text("x,rate\n0,-1\n1,-3\n")
+    with pytest.raises(sidewall.FileError, match="second.csv is not what it was"):
+        list(sidewall.Simulation(simulation.recipe, tmp_path / "out", resume=True))
+    (tmp_path / "second.csv").write_text("x,rate\n0,-1\n1,-2\n")
+    (tmp_path / "first.csv").write_text("")
+    list(sidewall.Simulation(simulation.recipe, tmp_path / "out", resume=True))
+
+
 def test_a_changed_recipe_does_not_reuse_the_fluxes_of_the_one_before(tmp_path):
     recipe = sidewall.Recipe(TRENCH)
     recipe["flux.reuse"] = 0.5  # kept for many time steps

@@ -319,8 +319,7 @@ Estimate estimate_run(const Recipe& recipe, double effort, double most_building)
     e.total.rays += e.last_rays;
     constexpr double kScatter = 2.0;        // nine in ten of the recipes in configs take within this factor
     constexpr double kProgramStart = 0.03;  // seconds
-    // The time to build the wafer counts twice, as a margin.
-    const double around = kProgramStart + 2.0 * e.total.building + e.last_seconds;
+    const double around = kProgramStart + e.total.building + e.last_seconds;
     e.total.seconds += around;
     e.total.least_seconds = (e.total.least_seconds + around) / kScatter;
     e.total.most_seconds = kScatter * (e.total.most_seconds + around);

@@ -252,6 +252,7 @@ void RunFolder::cut_timeline(RunState& state) const {
 
 void RunFolder::revise(RunState& state) {
     effective_ = effective_recipe(recipe_);
+    state.inputs = input_files(input_paths(recipe_));
     if (writes_) write_file(options_.output / "recipe.toml", effective_);
     checkpoint(state);
 }

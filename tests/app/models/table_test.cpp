@@ -193,6 +193,26 @@ TEST_CASE("neutrals come from the angles that a table says, exactly") {
     CHECK(depth == Approx(0.2).epsilon(3e-3));
 }
 
+TEST_CASE("a run takes a source that check takes: weights lost in the sum, angles next to 90 degrees") {
+    const Folder folder;
+    const std::string table =
+        write(folder, "s.csv",
+              "angle_from,angle_to,weight\n0,1,1e-320\n0,10,1e10\n10,20,1e-10\n30,89.9999999999,3e10\n");
+    const auto bins = read_source_angles(table);
+    REQUIRE(bins.size() == 2);
+    CHECK(bins[0].angle_to == Approx(10.0 * std::numbers::pi / 180.0));
+    CHECK(bins[0].until == 0.25);
+    CHECK(bins[1].until == 1.0);
+    RunOptions options;
+    options.output = folder.path / "out";
+    options.quiet = true;
+    CHECK_NOTHROW(
+        run_recipe(parsed(folder,
+                          "model = \"multi_particle\"\nspecies = [{ name = \"a\", rate = -0.1, source_file = "
+                          "\"s.csv\" }]\n"),
+                   options));
+}
+
 TEST_CASE("files that are no tables or sources are refused by name and line", "[foreign]") {
     const Folder folder;
     const auto table = [&](const std::string& text) { return read_table(write(folder, "t.csv", text)); };
@@ -215,7 +235,11 @@ TEST_CASE("files that are no tables or sources are refused by name and line", "[
     CHECK_THROWS_WITH(source(head + "10,5,0,1,1\n"), Contains("row 1"));
     CHECK_THROWS_WITH(source(head + "1,5,0,1,1\n1,5,0,95,1\n"), Contains("row 2"));
     CHECK_THROWS_WITH(source(head + "1,5,0,1,-1\n"), Contains("row 1"));
-    CHECK_THROWS_WITH(source(head + "1,5,0,1,0\n"), Contains("add up to 0"));
+    CHECK_THROWS_WITH(source(head + "1,5,0,1,0\n"), Contains("add up to 0: give rows of a"));
+    CHECK_THROWS_WITH(source(head + "1,5,0,1,1e308\n5,9,0,1,1e308\n"),
+                      Contains("add up to inf: give smaller"));
+    CHECK_THROWS_WITH(source("energy_from,energy_to,angle_from,angle_to,weight,weight\n1,5,0,1,1,2\n"),
+                      Contains("has more than one column weight"));
 
     const auto angles = [&](const std::string& text) {
         return read_source_angles(write(folder, "a.csv", text));

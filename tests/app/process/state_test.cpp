@@ -1,6 +1,7 @@
 #include "app/process/wafer.hpp"
 
 #include <catch2/catch.hpp>
+#include <fstream>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -102,4 +103,52 @@ TEST_CASE(
     for (int n = 0; n < 100; ++n) state.advance(1e-9, state.step_start + 1e-7);
     CHECK(state.reached(state.step_start + 1e-7));
     CHECK(state.since(state.starts[1]) == 1e-7);
+}
+
+TEST_CASE("a run does not go on if a table, a source or the run that it started from has been edited") {
+    const test::Folder folder;
+    const auto write = [&](const char* name, const std::string& text) {
+        std::ofstream(folder.path / name, std::ios::binary) << text;
+    };
+    const std::string table = "x,rate\n0,-1\n1,-2\n", source = "angle,intensity\n0,1\n60,0\n";
+    write("rates.csv", table);
+    write("angles.csv", source);
+    const Recipe first = parse_recipe(kRecipe, "plane.toml", {"domain.strip=\"space\""});
+    std::filesystem::create_directory(folder.path / "first");
+    write("first/summary.json", "{}");
+    save_state(folder.path / "first", first, initial_state(first));
+    const Recipe recipe = parse_recipe(R"([domain]
+extent = [2.0, 2.0]
+grid_spacing = 0.25
+strip = "space"
+[start]
+from = "first"
+[[step]]
+repeat = 2
+[[step.steps]]
+model = "formula"
+duration = 1.0
+rate = "rates(x)*gas"
+tables = [{ name = "rates", file = "rates.csv" }]
+species = [{ name = "gas", source_file = "angles.csv" }]
+)",
+                                       (folder.path / "second.toml").string());
+    std::filesystem::create_directory(folder.path / "second");
+    save_state(folder.path / "second", recipe, initial_state(recipe));
+    const auto refuses = [&](const char* name) {
+        CHECK_THROWS_WITH(resume_state(folder.path / "second", recipe),
+                          Contains((folder.path / name).string() + " is not what it was"));
+    };
+    CHECK_NOTHROW(resume_state(folder.path / "second", recipe));
+    write("rates.csv", "x,rate\n0,-1\n1,-3\n");
+    refuses("rates.csv");
+    write("rates.csv", table);
+    write("angles.csv", "angle,intensity\n0,1\n30,0\n");
+    refuses("angles.csv");
+    write("angles.csv", source);
+    CHECK_NOTHROW(resume_state(folder.path / "second", recipe));
+    RunState longer = initial_state(first);
+    longer.advance(0.25, 1.0);
+    save_state(folder.path / "first", first, longer);
+    refuses("first");
 }
