@@ -5,17 +5,19 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <iterator>
 #include <limits>
+#include <map>
+#include <memory>
 #include <utility>
 
 #include "app/process/arriving/line_of_sight.hpp"
-#include "app/process/record/saved_meshes.hpp"
+#include "app/process/estimate/blanket.hpp"
 #include "app/recipe/figure_names.hpp"
 #include "app/results/metrology.hpp"
 #include "levelset/layers/layer_depths.hpp"
 #include "levelset/layers/levels.hpp"
-#include "levelset/meshes/contact_lines.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "levelset/meshes/face_points.hpp"
 #include "surface/ray_scene.hpp"
@@ -55,6 +57,7 @@ double area_from_above(const TriangleMesh& mesh, std::size_t t, const ColumnSigh
 // What is found at a surface point: the bare material, and the thickness that covers the material asked for.
 struct Place {
     int bare = -1;
+    std::size_t layer = 0;  // the one that is bare
     double cover = kInfinity;
 };
 
@@ -79,6 +82,7 @@ class Covers {
                 place.cover = std::min(place.cover, here <= touching ? 0.0 : here - 0.5 * touching);
             if (here > touching) continue;
             place.bare = stack_.layers[k].material;
+            place.layer = k;
             break;  // layer k is exposed, so those above have ended
         }
         return place;
@@ -91,73 +95,71 @@ class Covers {
     std::vector<float> depth_;
 };
 
-// Tells whether a material lies anywhere below a point. The substrate's material does everywhere.
-class Columns {
+// What lies below points of the surface, found on the fronts of the layers, each made on first use.
+class LayersBelow {
   public:
-    Columns(const levelset::MaterialStack& stack, int material) : spacing_(stack.domain.spacing) {
-        if (stack.layers.front().material == material) return;
-        for (std::size_t k = 1; k < stack.layers.size(); ++k)
-            if (stack.layers[k].material == material)
-                layers_.emplace_back(scene_of(stack, k), scene_of(stack, k - 1));
-        everywhere_ = false;
-    }
+    explicit LayersBelow(const levelset::MaterialStack& stack) : stack_(stack) {}
 
-    bool has_below(const Vec3& point) const {
-        const auto depth = [&](const std::optional<surface::RayScene>& scene) {
-            const Vec3 from = point + Vec3(0.0, 0.0, 0.01 * spacing_);
+    // Whether a material lies anywhere below a point. The substrate's material does everywhere.
+    bool has(int material, const Vec3& point) {
+        if (stack_.layers.front().material == material) return true;
+        const auto depth = [&](std::size_t k) {
+            const Vec3 from = point + Vec3(0.0, 0.0, 0.01 * stack_.domain.spacing);
+            const auto& scene = front(k);
             const surface::RayHit hit =
                 scene ? scene->closest_hit(from, -Vec3::UnitZ(), 0.0, 1e30) : surface::RayHit();
             return hit ? hit.distance : kInfinity;
         };
-        return everywhere_ || std::any_of(layers_.begin(), layers_.end(), [&](const auto& layer) {
-                   const double top = depth(layer.first);
-                   return std::isfinite(top) && depth(layer.second) - top > levelset::kExposed * spacing_;
-               });
+        for (std::size_t k = 1; k < stack_.layers.size(); ++k) {
+            if (stack_.layers[k].material != material) continue;
+            const double top = depth(k);
+            if (std::isfinite(top) && depth(k - 1) - top > resolved()) return true;
+        }
+        return false;
+    }
+
+    // Whether a film lies on a mask, so that this is nearer to a point of the film than the material.
+    // \param layer  the film's
+    bool on_mask(std::size_t layer, const Vec3& point, int material, const std::vector<int>& masks) {
+        const auto is_mask = [&](std::size_t k) {
+            return std::ranges::count(masks, stack_.layers[k].material) > 0;
+        };
+        std::size_t lowest = 1;
+        while (lowest < layer && !is_mask(lowest)) ++lowest;
+        for (std::size_t k = layer; k-- > lowest;) {
+            const bool mask = is_mask(k);
+            if ((mask || stack_.layers[k].material == material) &&
+                distance(k - 1, point) - distance(k, point) > resolved())
+                return mask;
+        }
+        return false;
     }
 
   private:
-    static std::optional<surface::RayScene> scene_of(const levelset::MaterialStack& stack, std::size_t k) {
-        const TriangleMesh mesh = levelset::extract_surface(stack, k);
-        if (mesh.triangles.empty()) return std::nullopt;
-        return std::optional<surface::RayScene>(std::in_place, mesh);
+    double resolved() const { return levelset::kExposed * stack_.domain.spacing; }
+
+    const std::optional<surface::RayScene>& front(std::size_t k) {
+        const auto [at, fresh] = fronts_.try_emplace(k);
+        const TriangleMesh mesh = fresh ? levelset::extract_surface(stack_, k) : TriangleMesh();
+        if (!mesh.triangles.empty()) at->second.emplace(mesh);
+        return at->second;
+    }
+    double distance(std::size_t k, const Vec3& point) {
+        const auto& scene = front(k);
+        const auto hit = scene ? scene->closest_point(point, 1e30) : surface::SurfaceHit();
+        return hit ? hit.distance : kInfinity;
     }
 
-    double spacing_;
-    bool everywhere_ = true;
-    std::vector<std::pair<std::optional<surface::RayScene>, std::optional<surface::RayScene>>> layers_;
+    const levelset::MaterialStack& stack_;
+    std::map<std::size_t, std::optional<surface::RayScene>> fronts_;  // by layer; nothing if it has no front
 };
-
-// What the top view shows of a material on surfaces that rise by less than 45 degrees.
-struct Seen {
-    double speed = 0.0;     // its largest etch rate there
-    std::size_t layer = 0;  // its highest layer that is bare
-    bool there = false;
-};
-
-std::vector<Seen> seen_from_above(const Model& model, const levelset::MaterialStack& stack,
-                                  const TracedSurface& surface, std::size_t materials) {
-    levelset::CutMesh cut = levelset::extract_materials(stack, surface.raw).surface;
-    const std::vector<std::size_t> layers = cut.layer;
-    const TriangleMesh mesh = result_mesh(model, stack, surface, std::move(cut));
-    const std::vector<double>& rate = mesh.triangle_attribute("rate")->values;
-    const ColumnSight sight(surface.raw, stack.domain.spacing);
-    std::vector<Seen> seen(materials);
-    for (std::size_t t = 0; t < rate.size(); ++t) {
-        if (!lies_flat(mesh, t) || area_from_above(mesh, t, sight) <= 0.0) continue;
-        Seen& here = seen[static_cast<std::size_t>(stack.layers[layers[t]].material)];
-        here.speed = std::max(here.speed, -rate[t]);
-        here.layer = std::max(here.layer, layers[t]);
-        here.there = true;
-    }
-    return seen;
-}
 
 }  // namespace
 
 BareFloor bare_floor(const levelset::MaterialStack& stack, const TriangleMesh& surface, int material,
                      const std::vector<int>& masks, double asked) {
     Covers covers(stack, material);
-    const Columns columns(stack, material);
+    LayersBelow below(stack);
     const ColumnSight sight(surface, stack.domain.spacing);
     // Pairs of the thickness that covers the material, and an area. At a wall's foot, the extracted surface
     // cuts the corner off: a cover thinner than kCutOff counts only where there is no other floor.
@@ -176,7 +178,7 @@ BareFloor bare_floor(const levelset::MaterialStack& stack, const TriangleMesh& s
         const Place place = covers.at(point);
         if (place.bare != material &&
             (!lies_flat(surface, t) || std::count(masks.begin(), masks.end(), place.bare) > 0 ||
-             !columns.has_below(point)))
+             !below.has(material, point) || below.on_mask(place.layer, point, material, masks)))
             continue;
         const bool is_bare = place.bare == material;
         const bool beside = place.cover < kCutOff * stack.domain.spacing &&
@@ -209,18 +211,39 @@ std::optional<double> bare_share(const Recipe& recipe, const Step& step, const R
         .share;
 }
 
-void note_masks(const Recipe& recipe, const Step& step, const Model& model, const TracedSurface& surface,
+void note_masks(const Recipe& recipe, const Step& step, const Model& model, const TriangleMesh& surface,
                 RunState& state) {
     std::vector<int>& masks = state.endpoint.masks.emplace();
     const std::optional<StopRule> rule = bare_rule(recipe, step);
     if (!rule) return;
-    std::vector<Seen> seen = seen_from_above(model, state.stack, surface, recipe.materials.size());
-    seen[static_cast<std::size_t>(rule->bare)] = {};
-    const auto fastest = std::max_element(seen.begin(), seen.end(),
-                                          [](const Seen& a, const Seen& b) { return a.speed < b.speed; });
-    for (std::size_t m = 0; m < seen.size(); ++m)
-        if (seen[m].there && seen[m].speed < kMaskSpeed * fastest->speed && seen[m].layer > fastest->layer)
-            masks.push_back(static_cast<int>(m));
+    const levelset::MaterialStack& stack = state.stack;
+    Step by_law = step;
+    by_law.built = std::make_shared<const Model>(model);
+    const std::vector<BlanketRate> rates = blanket_rates({"", &by_law, layer_materials(stack)});  // by layer
+    Covers covers(stack, rule->bare);
+    LayersBelow below(stack);
+    const ColumnSight sight(surface, stack.domain.spacing);
+    const levelset::FacePoints faces(surface);
+    std::vector<Vec3> floor;
+    double fastest = 0.0;
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+        if (!lies_flat(surface, t) || area_from_above(surface, t, sight) <= 0.0) continue;
+        const Vec3 point = faces.of(t);
+        const Place place = covers.at(point);
+        if (place.bare != rule->bare) fastest = std::max(fastest, -rates[place.layer].rate);
+        if (below.has(rule->bare, point)) floor.push_back(point);
+    }
+    std::vector<Vec3> open = floor;  // where no mask has been found
+    for (std::size_t k = rates.size(); k-- > 1;) {
+        const auto& [material, rate, unknown] = rates[k];
+        const bool slow = unknown.empty() && std::max(0.0, -rate) < kMaskSpeed * fastest;
+        const auto lacks = [&, it = material](const Vec3& point) { return !below.has(it, point); };
+        if (material == rule->bare || !slow || std::ranges::all_of(floor, lacks) ||
+            std::ranges::none_of(open, lacks))
+            continue;
+        masks.push_back(material);
+        std::erase_if(open, std::not_fn(lacks));
+    }
 }
 
 void note_endpoint(const Recipe& recipe, const Step& step, const char* key, const TriangleMesh& surface,

@@ -17,7 +17,7 @@ namespace sidewall::app {
 /// How much of a material is bare on the floor under the openings.
 ///
 /// The floor is all that is visible from straight above and is either the bare material or a cover: a surface
-/// that rises by less than 45 degrees, is no mask, and has the material below it. Areas are those of the top
+/// that rises by less than 45 degrees, is neither a mask nor a film on one, and has the material below it. Areas are those of the top
 /// view. Walls above the material do not count, so that a tapered hole can be open; nor does what an overhang
 /// hides. In the cell at the foot of a wall, whose corner the extracted surface cuts off, a cover thinner
 /// than that cut counts only where there is no other floor.
@@ -29,7 +29,7 @@ struct BareFloor {
 /// Measures the floor of \p material. A film thinner than levelset::kExposed cells counts as removed.
 /// \param masks  materials that do not count as floor.
 /// \param asked  share that \p left is for.
-/// \note O(n) in triangles; O(n log n) if the material is not the substrate's.
+/// \note O(n) in triangles; O(n log n) if the material is not the substrate's or films lie above the masks.
 BareFloor bare_floor(const levelset::MaterialStack& stack, const TriangleMesh& surface, int material,
                      const std::vector<int>& masks, double asked);
 
@@ -37,11 +37,11 @@ BareFloor bare_floor(const levelset::MaterialStack& stack, const TriangleMesh& s
 std::optional<double> bare_share(const Recipe& recipe, const Step& step, const RunState& state,
                                  const TriangleMesh& surface);
 
-/// Notes the masks at the beginning of a step that stops at a material. A mask is bare in the top view, is
-/// etched at less than half the speed of the material etched fastest there, and lies above that one in the
-/// stack.
-/// \param surface  with its fluxes.
-void note_masks(const Recipe& recipe, const Step& step, const Model& model, const TracedSurface& surface,
+/// Notes the masks at the beginning of a step that stops at a material. A mask, bare or under a film, covers a
+/// part of what would be the floor. On an open wafer it is etched at less than half the speed of the fastest
+/// material that is seen from above.
+/// \note O(n log n) in triangles of the surface.
+void note_masks(const Recipe& recipe, const Step& step, const Model& model, const TriangleMesh& surface,
                 RunState& state);
 
 /// Notes that a stop condition of the current step holds at this time.

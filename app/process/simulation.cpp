@@ -237,8 +237,7 @@ std::shared_ptr<const TracedSurface> make_time_step(const Run& run, const Step& 
     // Extract, simplify, trace.
     auto surface = std::make_shared<const TracedSurface>(surface_with_fluxes(run, model, step, state));
     report_events(run, *surface, state);
-    const bool reused = surface->arriving && !surface->arriving->trace;
-    if (!state.endpoint.masks && !reused) note_masks(recipe, step, model, *surface, state);
+    if (!state.endpoint.masks) note_masks(recipe, step, model, surface->raw, state);
     auto [to_stop, key] = distance_to_stop(recipe, step, state, surface->raw);
     if (state.begins_step() && !state.endpoint.time)
         run.warn(stop_warning(recipe, step, state.step + 1, to_stop));

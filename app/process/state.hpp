@@ -44,6 +44,10 @@ struct RunEndpoint {
     std::optional<double> bare;  ///< bare share of the floor at that time (process/endpoint.hpp)
 };
 
+/// A surface is due at a step's end if their times differ by less than this share of [output] every: sums of
+/// durations are rounded.
+inline constexpr double kSameTime = 1e-9;
+
 /// Everything that a run carries from one time step to the next; a checkpoint holds all of it.
 struct RunState {
     levelset::MaterialStack stack;

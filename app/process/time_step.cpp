@@ -85,7 +85,9 @@ double distance_to_figure(const StopRule& rule, const Recipe& recipe, const leve
 // Time at which the equal time steps end: the end of the recipe's step or the next surface to save.
 double next_event(const Recipe& recipe, const Step& step, const RunState& state) {
     const double end = step_end(step, state);
-    return recipe.output.every ? std::min(end, state.next_save(*recipe.output.every)) : end;
+    if (!recipe.output.every) return end;
+    const double save = state.next_save(*recipe.output.every);
+    return save < end - kSameTime * *recipe.output.every ? save : end;
 }
 
 // The longest time step towards a stop condition. Where the condition is met, the front may be slower than

@@ -25,14 +25,14 @@ Stretches between(const std::vector<double>& crossings, bool solid) {
 // counts as none; faces on nodes lie 0.002 of their level's cells off them, which is less on all levels.
 constexpr double kFlat = levelset::kExposed;
 
-// z of the profile's lowest and highest crossing of the vertical at `along`; kNone if there is none.
-std::pair<double, double> crossings(const Profile& profile, double along) {
+// z of the profile's lowest, from `least` on, and highest crossing of the vertical at `along`; or kNone.
+std::pair<double, double> crossings(const Profile& profile, double along, double least = -kInfinity) {
     std::pair<double, double> found{kNone, kNone};
     profile.each_segment([&](const Vec3& p, const Vec3& q) {
         const double a = p.dot(profile.along), b = q.dot(profile.along);
         if (a == b || std::min(a, b) > along || std::max(a, b) < along) return;
         const double z = p.z() + (along - a) / (b - a) * (q.z() - p.z());
-        found = {std::fmin(found.first, z), std::fmax(found.second, z)};
+        if (z >= least) found = {std::fmin(found.first, z), std::fmax(found.second, z)};
     });
     return found;
 }
@@ -99,12 +99,13 @@ bool has_ledge(const Profile& profile, double z, double near) {
 // Measures the film on top, at `beside`, and on the floor, at `floor_at`; profiles that are not flat include
 // their copies beyond the sides. Returns z of the top below the film.
 double measure_flats(const Profile& surface, const Profile& below, double beside, double floor_at,
-                     double floor, Film& film) {
+                     double floor, double spacing, Film& film) {
     const double top = crossings(below, beside).second;
     film.top = crossings(surface, beside).second - top;
     // Both heights are taken at one place, as a floor's lowest point may lie in a corner, deeper than its
-    // middle. The lowest crossing of the surface there is that of the film on the floor.
-    film.bottom = crossings(surface, floor_at).first - crossings(below, floor_at).first;
+    // middle. The film's is the lowest crossing of the surface there that is in no void below the floor.
+    const double base = crossings(below, floor_at).first;
+    film.bottom = crossings(surface, floor_at, base - 0.5 * spacing).first - base;
     film.depth = top - floor;
     return top;
 }
@@ -226,6 +227,19 @@ std::pair<double, double> widest_opening(const Profile& profile, double z) {
     return widest;
 }
 
+std::pair<double, double> opening_over(const Profile& profile, double z,
+                                       const std::pair<double, double>& other) {
+    std::pair<double, double> most{kNone, kNone};
+    double shared = 0.0;
+    for (const auto& open : openings(profile, z)) {
+        const double here = std::min(open.second, other.second) - std::max(open.first, other.first);
+        if (!(here > shared)) continue;
+        shared = here;
+        most = open;
+    }
+    return most;
+}
+
 double opening(const Profile& profile, double z) {
     const auto [left, right] = widest_opening(profile, z);
     return right - left;
@@ -242,7 +256,7 @@ Film film_between(const Profile& surface, const Profile& below, double spacing) 
     const ProfileSpan span = span_of_profile(below);
     if (!std::isfinite(span.floor)) return film;
     if (span.crest - span.floor <= kFlat * spacing) {  // flat: rounding decides which point is the lowest
-        measure_flats(surface, below, span.left, 0.5 * (span.left + span.right), span.floor, film);
+        measure_flats(surface, below, span.left, 0.5 * (span.left + span.right), span.floor, spacing, film);
         return film;
     }
     const double half = 0.5 * (span.crest + span.floor);
@@ -257,9 +271,10 @@ Film film_between(const Profile& surface, const Profile& below, double spacing) 
         deepest_point(all_below, over_side && across ? open : std::pair(span.left, span.right));
     const double along = across ? beside : span.left, crest = crossings(all_below, along).second,
                  top = measure_flats(all_above, all_below, along,
-                                     middle_of_floor(below, floor, crest, spacing), floor.z, film);
-    const double middle = 0.5 * (top + span.floor), width = opening(below, middle),
-                 still_open = opening(surface, middle);
+                                     middle_of_floor(below, floor, crest, spacing), floor.z, spacing, film);
+    const double middle = 0.5 * (top + span.floor);
+    const auto bare = widest_opening(below, middle), left = opening_over(surface, middle, bare);
+    const double width = bare.second - bare.first, still_open = left.second - left.first;
     constexpr double kNearMiddle = 0.02;  // share of the depth
     // Without a film on the walls the meshes round corners differently, and `side` may come out negative.
     const double side = 0.5 * (width - still_open);

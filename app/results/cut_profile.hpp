@@ -65,6 +65,10 @@ std::pair<double, double> widest_opening(const Profile& profile, double z);
 /// Width of the widest opening at height \p z; NaN if there is none.
 double opening(const Profile& profile, double z);
 
+/// The opening at height \p z that overlaps most with \p other; NaN, NaN if none does.
+std::pair<double, double> opening_over(const Profile& profile, double z,
+                                       const std::pair<double, double>& other);
+
 /// Figures of the film between two profiles of a wafer; kNone where one does not exist.
 struct Film {
     double top = kNone, side = kNone,

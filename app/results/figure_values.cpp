@@ -87,20 +87,6 @@ double variance(const std::vector<double>& values) {
     return sum / (n - 1.0);
 }
 
-// The opening at height z that overlaps most with \p other; NaN, NaN if none does.
-std::pair<double, double> opening_over(const Profile& profile, double z,
-                                       const std::pair<double, double>& other) {
-    std::pair<double, double> most{kNone, kNone};
-    double shared = 0.0;
-    for (const auto& open : openings(profile, z)) {
-        const double here = std::min(open.second, other.second) - std::max(open.first, other.first);
-        if (!(here > shared)) continue;
-        shared = here;
-        most = open;
-    }
-    return most;
-}
-
 // Three standard deviations, along the line, of an opening's width or of the place of its edges (root mean
 // square of both). The opening is the one that is widest in the recipe's cut.
 double roughness(const Recipe& recipe, bool of_width, double z, const levelset::MaterialStack& stack,
@@ -172,6 +158,18 @@ const Profile& WaferCut::layer(std::size_t k) {
             profile_of(k + 1 < layers_.size() ? levelset::extract_around(stack_, k, plane_) : surface_,
                        plane_, stack_.domain);
     return *layers_[k];
+}
+
+const Profile& WaferCut::open_below() {
+    const std::size_t below = stack_.layers.size() - 2;
+    if (layer(below).lines.size() <= 1) return layer(below);  // a void's walls would be a line of their own
+    if (!open_below_) {
+        TriangleMesh mesh = levelset::extract_surface(stack_, below);
+        if (auto open = app::open_surface(mesh, levelset::surface_pieces(mesh, stack_.domain), stack_.domain))
+            mesh = std::move(*open);
+        open_below_ = profile_of(mesh, plane_, stack_.domain);
+    }
+    return *open_below_;
 }
 
 Stretches WaferCut::of_material(int material, const std::function<Stretches(const Profile&)>& solid) {

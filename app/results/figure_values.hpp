@@ -27,6 +27,9 @@ class WaferCut {
     const Profile& open();
     /// The boundary between a layer and what lies above it.
     const Profile& layer(std::size_t k);
+    /// What the uppermost layer lies on: the boundary below it, without the walls of voids closed there.
+    /// \pre the wafer has two layers at least.
+    const Profile& open_below();
     /// Intervals of a line in a material. \param solid  finds those below one profile.
     Stretches of_material(int material, const std::function<Stretches(const Profile&)>& solid);
 
@@ -36,7 +39,7 @@ class WaferCut {
     surface::Plane plane_;
     std::optional<std::vector<levelset::SurfacePiece>> pieces_;
     std::optional<std::optional<TriangleMesh>> open_surface_;  // nothing inside if there are no voids
-    std::optional<Profile> open_;
+    std::optional<Profile> open_, open_below_;
     std::vector<std::optional<Profile>> layers_;
 };
 

@@ -112,8 +112,6 @@ class Metrologist {
     }
     void add_pure(std::string name, double value) { measures_.push_back({std::move(name), value, "1"}); }
 
-    // The profile of the layer below the uppermost one.
-    const Profile& below() { return cut_.layer(stack_.layers.size() - 2); }
     double depth() {
         const double floor = span_of_profile(cut_.open()).floor;
         return std::isfinite(floor) ? -floor : kNone;
@@ -155,7 +153,7 @@ class Metrologist {
         } else if (what == "aspect_ratio") {
             add_pure(what, depth() / opening(cut_.open(), -0.5 * depth()));
         } else if (what == "seam_depth") {
-            add(what, stack_.layers.size() > 1 ? seam_depth(cut_.open(), below()) : kNone);
+            add(what, stack_.layers.size() > 1 ? seam_depth(cut_.open(), cut_.open_below()) : kNone);
         }
     }
     void add_scallops() {
@@ -177,7 +175,8 @@ class Metrologist {
     void add_film() {
         const double dx = stack_.domain.spacing;
         Film t;
-        if (stack_.layers.size() > 1) t = film_between(cut_.layer(stack_.layers.size() - 1), below(), dx);
+        if (stack_.layers.size() > 1)
+            t = film_between(cut_.layer(stack_.layers.size() - 1), cut_.open_below(), dx);
         add("film_top", t.top);
         add("film_side", t.side);
         add("film_bottom", t.bottom);

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <vector>
@@ -97,6 +99,56 @@ TEST_CASE("a mask is no floor, however its material goes, as long as it goes slo
     // Without a mask the step is to remove the material that covers most of the wafer.
     const json open = step_of(kTwoFloors + "stop = \"bare(Si) > 0.9\"\n");
     CHECK(number(open["duration"]) == Approx(3.0).margin(kLate));
+}
+
+TEST_CASE("a mask that a liner covers as the step begins is no floor, nor is the liner on it") {
+    // A slit of 1.0 in a mask, with a liner of 0.2 on its walls and floor; on the mask it is thicker, or not.
+    for (const double more : {0.0, 0.15}) {
+        const json step = step_of(kEndpointStrip + fmt::format(R"([[layer]]
+material = "Resist"
+thickness = 0.5
+shape = "trench"
+width = 1.0
+[[layer]]
+material = "SiO2"
+top = {}
+shape = "trench"
+width = 0.6
+depth = {}
+[[step]]
+model = "directional"
+duration = 9.0
+directional = {{ SiO2 = -0.1, Resist = -0.01 }}
+stop = "bare(Si) > 0.9"
+)",
+                                                               0.7 + more, 0.5 + more));
+        INFO(more << ": " << step);
+        CHECK(step["stopped_by"] == "stop");
+        CHECK(number(step["duration"]) == Approx(2.0).margin(kLate));
+        CHECK(number(step["bare"]) > 0.9);
+    }
+}
+
+TEST_CASE("a layer that is slow to etch but lies everywhere under the openings is no mask") {
+    const json step = step_of(kEndpointStrip + R"([[layer]]
+material = "Si3N4"
+thickness = 0.1
+[[layer]]
+material = "SiO2"
+thickness = 0.2
+[[layer]]
+material = "Resist"
+thickness = 0.3
+shape = "trench"
+width = 1.0
+[[step]]
+model = "directional"
+duration = 20.0
+directional = { SiO2 = -0.1, Si3N4 = -0.02 }
+stop = "bare(Si) > 0.9"
+)");
+    CHECK(step["stopped_by"] == "stop");
+    CHECK(number(step["duration"]) == Approx(2.0 + 5.0).margin(6.0 * kLate));
 }
 
 TEST_CASE("walls are no floor: a tapered trench is open though its floor is narrower than its mask") {

@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <functional>
 
@@ -75,6 +76,29 @@ directional = { Si = -0.5, PolySi = -0.5 }
     CHECK(etch.metrology("removed_volume_PolySi") == Approx(0.3 * 0.4).epsilon(0.01));
     CHECK(etch.metrology("removed_volume_SiO2") < 0.01 * 0.02 * 0.4);
     CHECK(etch.metrology("removed_volume_Si") < 1e-6);
+}
+
+TEST_CASE("a surface due when a step ends takes no time step for the rounding between their times") {
+    // 7 * 0.1 and 8 * 0.1 are a bit more than the ends of the steps, 1 * 0.3 is a bit less than 0.1 + 0.1 +
+    // 0.1.
+    const auto counts = [](const std::vector<std::string>& durations, const std::string& every) {
+        std::string text = kStrip + "every = " + every + "\n[[layer]]\nmaterial = \"Si\"\n";
+        for (const std::string& duration : durations)
+            text += "[[step]]\nmodel = \"isotropic\"\nrate = -0.1\nduration = " + duration + "\n";
+        std::vector<int> found;
+        const test::Folder folder;
+        const auto steps =
+            app::run_recipe(app::parse_recipe(text, "due.toml"), {.output = folder.path, .quiet = true})
+                .summary["steps"];
+        for (const auto& step : steps) found.push_back(step["time_steps"].get<int>());
+        int surfaces = 0;
+        for (const auto& entry : std::filesystem::directory_iterator(folder.path))
+            surfaces += entry.path().filename().string().starts_with("surface_") ? 1 : 0;
+        found.push_back(surfaces);
+        return found;
+    };
+    CHECK(counts({"0.7", "0.1", "0.2"}, "0.1") == std::vector{7, 1, 2, 11});
+    CHECK(counts({"0.1", "0.1", "0.1"}, "0.3") == std::vector{1, 1, 1, 2});
 }
 
 TEST_CASE("steps end at the depth, the material and the thickness they name") {

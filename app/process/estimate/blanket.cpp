@@ -298,7 +298,7 @@ std::vector<BlanketRate> blanket_rates(const StepMaterials& here) {
             if (model.coverages.transient) point.time = here.step->duration;
             const std::vector<double> theta = flat_coverages(model, point, here.step->duration);
             point.coverage = theta;
-            at.rate = model.speed(point);
+            at.rate = model.speeds ? model.speeds({&point, 1}).front() : model.speed(point);
         } catch (const NumericsError& error) {
             at.unknown = error.what();
         }

@@ -179,7 +179,7 @@ void count_step(Estimation& e, const Step& step, double times) {
     e.last_rays = pilot.rays;
     e.last_seconds = e.cells * pilot.reducing + pilot.seconds;
 
-    note_masks(e.measured, step, model, pilot.surface, e.state);
+    note_masks(e.measured, step, model, pilot.surface.raw, e.state);
     double start = now();
     const double to_stop = distance_to_stop(e.measured, step, e.state, pilot.surface.raw).left;
     if (to_stop == 0.0 && step.over_etch_time == 0.0) return;

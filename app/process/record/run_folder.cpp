@@ -272,7 +272,8 @@ void RunFolder::list(std::vector<std::string> names) {
 }
 
 bool RunFolder::due(const RunState& state) const {
-    if (recipe_.output.every) return state.reached(state.next_save(*recipe_.output.every));
+    if (const auto& every = recipe_.output.every)
+        return state.reached(state.next_save(*every) - kSameTime * *every);
     return state.begins_step() && !state.is_saved();
 }
 
