@@ -47,13 +47,11 @@ fs::path file_of_deck(const toml::node& node, const std::string& path, const std
                         : shipped() / (text->get() + ".toml");
     std::error_code failure;
     if ((own || plain) && fs::is_regular_file(file, failure)) return file;
-    if (own)
-        fail(node, path, fmt::format("no such file: {}; the name is relative to the recipe", file.string()));
+    if (own) fail(node, path, "no such file: {}; the name is relative to the recipe", file.string());
     std::vector<std::string> names;
     for (const Deck& deck : shipped_decks()) names.push_back(deck.name);
-    fail(node, path,
-         fmt::format("no chemistry has that name{}; a file of your own ends with .toml",
-                     deck_advice(text->get(), names)));
+    fail(node, path, "no chemistry has that name{}; a file of your own ends with .toml",
+         deck_advice(text->get(), names));
 }
 
 // Moves to \p own what it lacks from \p deck, in tables by material too. A table with `default` replaces the
@@ -92,9 +90,8 @@ void use_decks(toml::table& parent, const char* key, const std::string& path, co
         Use use{here, read_deck(file_of_deck(*named, here + ".chemistry", recipe))};
         const toml::node* model = step->get("model");
         if (model != nullptr && model->value<std::string>() != use.deck.model)
-            fail(*model, here + ".model",
-                 fmt::format("chemistry {} is of model \"{}\": name that, or another chemistry",
-                             use.deck.name, use.deck.model));
+            fail(*model, here + ".model", "chemistry {} is of model \"{}\": name that, or another chemistry",
+                 use.deck.name, use.deck.model);
         fill(*step, *use.deck.tables["step"].as_table());
         // Marks the step as filled; a later override may set another deck.
         step->insert_or_assign("chemistry", true);

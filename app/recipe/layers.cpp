@@ -298,8 +298,7 @@ std::vector<levelset::Polygon> check_print(const Layer& layer, const std::vector
     const double longest = std::max(domain.max[0] - domain.min[0], domain.max[1] - domain.min[1]);
     for (std::size_t k = 0; k < blur->sigmas.size(); ++k)
         if (blur->sigmas[k] > longest)
-            throw KeyError(fmt::format("blur[{}]", k),
-                           fmt::format("is longer than the domain, {:g}; check the unit", longest));
+            raise_key(fmt::format("blur[{}]", k), "is longer than the domain, {:g}; check the unit", longest);
     levelset::ResistContours printed;
     try {
         printed = levelset::resist_contours(placed, *blur, domain, interrupted);
@@ -309,16 +308,15 @@ std::vector<levelset::Polygon> check_print(const Layer& layer, const std::vector
     }
     const double threshold = blur->threshold;
     if (printed.most <= threshold)
-        throw KeyError(
-            "blur",
-            fmt::format("nothing prints: the blurred outlines reach {:.3g} at most, below the threshold "
-                        "of {:g}; use less blur, or a lower blur_threshold",
-                        printed.most, threshold));
+        raise_key("blur",
+                  "nothing prints: the blurred outlines reach {:.3g} at most, below the threshold "
+                  "of {:g}; use less blur, or a lower blur_threshold",
+                  printed.most, threshold);
     if (printed.least > threshold)
-        throw KeyError(
-            "blur", fmt::format("everything prints: blurred, the outlines leave {:.3g} at least, above the "
-                                "threshold of {:g}; use less blur, or a higher blur_threshold",
-                                printed.least, threshold));
+        raise_key("blur",
+                  "everything prints: blurred, the outlines leave {:.3g} at least, above the "
+                  "threshold of {:g}; use less blur, or a higher blur_threshold",
+                  printed.least, threshold);
     if (!printed.lost.empty()) {
         const levelset::Polygon& first = placed[printed.lost.front()];
         notes.push_back(fmt::format(

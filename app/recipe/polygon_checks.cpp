@@ -67,10 +67,8 @@ auto with_key(const std::string& key, Work&& work) {
 
 void refuse_self_crossing(const Polygon& polygon, const std::string& key) {
     if (const auto at = with_key(key, [&] { return levelset::self_crossing(polygon); }))
-        throw KeyError(
-            key,
-            fmt::format("the outline crosses itself near ({:g}, {:g}): list the corners in order around it",
-                        (*at)[0], (*at)[1]));
+        raise_key(key, "the outline crosses itself near ({:g}, {:g}): list the corners in order around it",
+                  (*at)[0], (*at)[1]);
 }
 
 double united_area(std::initializer_list<Polygon> polygons) {
@@ -82,14 +80,13 @@ void refuse_overlap(const std::vector<Polygon>& polygons, std::size_t first, std
     const double a = united_area({polygons[first]}), b = united_area({polygons[second]}),
                  common = a + b - united_area({polygons[first], polygons[second]});
     if (common <= tiny) return;
-    throw KeyError(
-        points_key(second),
-        fmt::format("the outline {} polygons[{}], and the program would unite the two: draw both as one "
-                    "outline, a ring as one with a slit",
-                    b - common <= tiny   ? "lies inside"
-                    : a - common <= tiny ? "encloses"
-                                         : "overlaps",
-                    first));
+    raise_key(points_key(second),
+              "the outline {} polygons[{}], and the program would unite the two: draw both as one "
+              "outline, a ring as one with a slit",
+              b - common <= tiny   ? "lies inside"
+              : a - common <= tiny ? "encloses"
+                                   : "overlaps",
+              first);
 }
 
 // Listed outlines may touch, but not cross or overlap: the grid would take their union, so that a ring drawn
@@ -227,11 +224,10 @@ void check_polygons(const Layer& layer, const std::vector<Polygon>& polygons, co
         return narrowest(blurred ? printed : levelset::united(with_images(printed, domain)), blurred, domain);
     });
     if (std::isinf(width))
-        throw KeyError(
-            source,
-            fmt::format("no edge of the outlines lies in the domain, {:g} x {:g} and centred on 0: the "
-                        "mask would be all open or all closed; check unit and position",
-                        domain.max[0] - domain.min[0], domain.max[1] - domain.min[1]));
+        raise_key(source,
+                  "no edge of the outlines lies in the domain, {:g} x {:g} and centred on 0: the "
+                  "mask would be all open or all closed; check unit and position",
+                  domain.max[0] - domain.min[0], domain.max[1] - domain.min[1]);
     const double cells = width / domain.spacing * (1.0 + kRounding);
     if (cells >= kGoodCells) return;
     std::string key = blurred ? "blur" : source;

@@ -36,9 +36,8 @@ void refuse_unknown_sections(const toml::table& root) {
                                                    "advection", "output", "metrology", "cut"};
     for (const auto& [key, node] : root)
         if (std::find(known.begin(), known.end(), key.str()) == known.end())
-            fail(node, key.str(),
-                 fmt::format("unknown section{} There are {}", did_you_mean(": ", key.str(), known, "."),
-                             fmt::join(known, ", ")));
+            fail(node, key.str(), "unknown section{} There are {}", did_you_mean(": ", key.str(), known, "."),
+                 fmt::join(known, ", "));
 }
 
 Reading reading_for(Recipe& recipe) {
@@ -50,7 +49,7 @@ void read_section(const toml::table& root, const std::string& name, Section& sec
                   Check&& check) {
     const toml::node* node = root.get(name);
     if (node == nullptr) return;
-    if (!node->is_table()) fail(*node, name, fmt::format("must be a table: write [{}]", name));
+    if (!node->is_table()) fail(*node, name, "must be a table: write [{}]", name);
     const toml::table& table = *node->as_table();
     read_keys(table, name, "[" + name + "]", keys_of(section), reading);
     located(table, name, check);
@@ -315,9 +314,8 @@ Recipe parse_recipe(std::string_view text, const std::string& file,
         if (recipe.flux.rays != 0 && recipe.flux.rays < 100)
             throw KeyError("rays", "must be in [100, 1e+12], or 0 for as many as accuracy asks for");
         if (recipe.flux.rays != 0 && !recipe.flux.relative_error && recipe.flux.batches > recipe.flux.rays)
-            throw KeyError(
-                "batches",
-                fmt::format("must be at most rays = {}: every batch traces one at least", recipe.flux.rays));
+            raise_key("batches", "must be at most rays = {}: every batch traces one at least",
+                      recipe.flux.rays);
         check_averaging(recipe.flux.averaging, recipe.domain);
         if (recipe.flux.stages == "all" && levelset::stage_count(recipe.advection.time_integration) == 1)
             throw KeyError(

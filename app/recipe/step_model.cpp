@@ -24,10 +24,10 @@ void refuse_mirrored_beams(const Model& model, const DomainSection& domain) {
             const bool mirrors = domain.boundary[axis] == levelset::Side::reflective;
             if (!mirrors || species.rotating || species.beam[static_cast<Eigen::Index>(axis)] == 0.0)
                 continue;
-            throw KeyError((k < model.species_keys.size() ? model.species_keys[k] : "") + "tilt_deg",
-                           fmt::format("tilts the beam along {0}, and the reflective sides across {0} would "
-                                       "mirror it: set domain.boundary to periodic there, or rotating = true",
-                                       "xy"[axis]));
+            raise_key((k < model.species_keys.size() ? model.species_keys[k] : "") + "tilt_deg",
+                      "tilts the beam along {0}, and the reflective sides across {0} would "
+                      "mirror it: set domain.boundary to periodic there, or rotating = true",
+                      "xy"[axis]);
         }
 }
 
@@ -61,15 +61,13 @@ void settle_free_paths(Model& model, const DomainSection& domain) {
         const bool kinetic = k < model.free_paths.size() && model.free_paths[k] > 0.0;
         if (kinetic) path = model.free_paths[k] / metres_in(domain.length_unit);
         if (!(path < kLeastPath * domain.grid_spacing)) continue;
-        throw KeyError(
+        raise_key(
             (k < model.species_keys.size() ? model.species_keys[k] : "") +
                 (kinetic ? "pressure" : "mean_free_path"),
-            fmt::format(
-                "{} below a tenth of grid_spacing: particles would collide too often to be followed; {} it, "
-                "or use a smaller grid_spacing",
-                kinetic ? fmt::format("makes a mean free path of {:.4g} {},", path, domain.length_unit)
-                        : "is",
-                kinetic ? "lower" : "raise"));
+            "{} below a tenth of grid_spacing: particles would collide too often to be followed; {} it, "
+            "or use a smaller grid_spacing",
+            kinetic ? fmt::format("makes a mean free path of {:.4g} {},", path, domain.length_unit) : "is",
+            kinetic ? "lower" : "raise");
     }
     model.free_paths.clear();
 }

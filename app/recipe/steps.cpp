@@ -57,9 +57,8 @@ void find_file(const toml::table& table, const std::string& path, const Key& key
     name = std::filesystem::absolute(folder / name).lexically_normal().string();
     std::error_code failure;
     if (!std::filesystem::is_regular_file(name, failure))
-        located(table, path, [&] {
-            throw KeyError(inner, fmt::format("no such file: {}; the name is relative to the recipe", name));
-        });
+        located(table, path,
+                [&] { raise_key(inner, "no such file: {}; the name is relative to the recipe", name); });
     try {
         CsvTable csv = read_csv(name);
         if (key.name == "file")  // a table has units; a source has no lengths or times
@@ -129,9 +128,7 @@ void check_cut(const Step& step, const toml::table& table, const std::string& pa
             throw KeyError(
                 "depth", "missing: a cut through the substrate must end somewhere, or name other materials");
         if (depth && std::abs(*depth) > kMostCells * recipe.domain.grid_spacing)
-            throw KeyError(
-                "depth",
-                fmt::format("is over {:g} cells; check the unit or use a larger grid_spacing", kMostCells));
+            raise_key("depth", "is over {:g} cells; check the unit or use a larger grid_spacing", kMostCells);
     });
     if (depth && substrate) lowest = std::min(lowest, -*depth);
 }
