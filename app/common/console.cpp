@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstdio>
 #include <ctime>
-#include <initializer_list>
 
 #include "app/common/timing.hpp"
 #include "surface/files/file.hpp"
