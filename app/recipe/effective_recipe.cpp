@@ -45,14 +45,6 @@ void collect(const Key& key, std::set<std::string>& names) {
         names.insert((*list)->begin(), (*list)->end());
 }
 
-void collect(const std::vector<Step>& steps, std::set<std::string>& names) {
-    for (const Step& step : steps) {
-        each_key(model_keys(step), [&](const Key& key, const std::string&) { collect(key, names); });
-        names.insert(step.stop_material);
-        collect(step.steps, names);
-    }
-}
-
 // Tables of the materials that the recipe names or that differ from the built-in ones, by ascending id.
 std::string materials_text(const Recipe& recipe) {
     std::set<std::string> named;
@@ -60,7 +52,10 @@ std::string materials_text(const Recipe& recipe) {
         named.insert(layer.material);
         named.insert(layer.materials.begin(), layer.materials.end());
     }
-    collect(recipe.steps, named);
+    each_step(recipe.steps, [&](const Step& step, const std::string&) {
+        each_key(model_keys(step), [&](const Key& key, const std::string&) { collect(key, named); });
+        named.insert(step.stop_material);
+    });
     const Materials& built_in = default_materials();
     std::string text;
     for (std::size_t id = 0; id < recipe.materials.size(); ++id) {

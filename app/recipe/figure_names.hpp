@@ -46,9 +46,6 @@ bool is_roughness(const std::string& figure);
 /// \throws KeyError of \p key with the nearest name.
 void require_measure(const Recipe& recipe, const std::string& name, const std::string& key);
 
-/// End of a message on an unknown figure: `; did you mean NAME?`, or where to find the names.
-std::string nearest_figure(const Recipe& recipe, const std::string& name);
-
 /// A stop condition: the step ends once a figure is above or below a value.
 struct StopRule {
     std::string figure;

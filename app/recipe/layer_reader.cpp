@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
 
 #include "app/recipe/layer_checks.hpp"
 #include "app/recipe/layers.hpp"

@@ -1,11 +1,9 @@
 #include "app/recipe/notes.hpp"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <set>
 
@@ -127,6 +125,19 @@ void note_stops(const StepMaterials& here, const Recipe& recipe, std::vector<std
                                     step.stop_material));
 }
 
+// Notes on parts without effect: layers hidden by those below, values for materials that a step does not
+// meet, stop conditions that never hold.
+void note_idle_parts(const Recipe& recipe, std::vector<std::string>& notes) {
+    note_hidden_layers(recipe, notes);
+    if (!recipe.start.from.empty()) return;  // the earlier run decides what is on the wafer
+    for (const StepMaterials& here : materials_by_step(recipe)) {
+        for (const auto& [key, names] : idle_values(here, recipe.materials))
+            notes.push_back(fmt::format("{}.{} does nothing for {}: not on the wafer in this step", here.path,
+                                        key, fmt::join(names, ", ")));
+        note_stops(here, recipe, notes);
+    }
+}
+
 // Whether the patterns satisfy \p can_be and the models can be built on a wafer with another domain.
 template <class CanBe>
 bool steps_can_be(const Recipe& recipe, const DomainSection& domain, const CanBe& can_be) {
@@ -191,8 +202,7 @@ std::vector<std::string> notes_on(const Recipe& recipe) {
         notes.push_back(fmt::format("domain.grid_spacing = {:g} is rounded to {:g} {}, which divides {}",
                                     wanted, spacing, recipe.domain.length_unit,
                                     is_flat(recipe.domain) ? "the extent" : "both extents"));
-    const std::vector<std::string> idle = idle_parts(recipe);
-    notes.insert(notes.end(), idle.begin(), idle.end());
+    note_idle_parts(recipe, notes);
     note_steps(recipe, notes);
     note_radiosity(recipe, notes);
     return notes;
@@ -207,19 +217,6 @@ std::string cheaper_form(const Recipe& recipe) {
     if (is_flat(recipe.domain) || !recipe.start.from.empty()) return {};
     const std::string profile = profile_note(recipe);
     return profile.empty() ? round_note(recipe) : profile;
-}
-
-std::vector<std::string> idle_parts(const Recipe& recipe) {
-    std::vector<std::string> notes;
-    note_hidden_layers(recipe, notes);
-    if (!recipe.start.from.empty()) return notes;  // the earlier run decides what is on the wafer
-    for (const StepMaterials& here : materials_by_step(recipe)) {
-        for (const auto& [key, names] : idle_values(here, recipe.materials))
-            notes.push_back(fmt::format("{}.{} does nothing for {}: not on the wafer in this step", here.path,
-                                        key, fmt::join(names, ", ")));
-        note_stops(here, recipe, notes);
-    }
-    return notes;
 }
 
 }  // namespace sidewall::app

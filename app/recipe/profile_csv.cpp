@@ -1,6 +1,5 @@
 #include "app/recipe/profile_csv.hpp"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>

@@ -1,10 +1,6 @@
 #include "app/recipe/recipe.hpp"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
-
-#include <algorithm>
-#include <cmath>
 
 #include "app/common/text.hpp"
 #include "app/recipe/decks.hpp"
@@ -227,13 +223,10 @@ void require_figure(const Recipe& recipe, const Step& step, const StopRule& rule
 }
 
 // Checks the stop conditions of the steps. \pre [metrology] is read.
-void check_stops(const toml::table& root, const std::vector<Step>& steps, const std::string& path,
-                 const Recipe& recipe, const std::vector<StepMaterials>& met) {
-    for (std::size_t i = 0; i < steps.size(); ++i) {
-        const std::string here = fmt::format("{}[{}]", path, i);
-        check_stops(root, steps[i].steps, here + ".steps", recipe, met);
-        const Step& step = steps[i];
-        if (!has_stop(step) && step.over_etch == 0.0 && step.over_etch_time == 0.0) continue;
+void check_stops(const toml::table& root, const Recipe& recipe) {
+    const std::vector<StepMaterials> met = materials_by_step(recipe);
+    each_step(recipe.steps, [&](const Step& step, const std::string& here) {
+        if (!has_stop(step) && step.over_etch == 0.0 && step.over_etch_time == 0.0) return;
         located(*find_node(root, here)->as_table(), here, [&] {
             if (!has_stop(step))
                 throw KeyError(step.over_etch > 0.0 ? "over_etch" : "over_etch_time",
@@ -248,7 +241,7 @@ void check_stops(const toml::table& root, const std::vector<Step>& steps, const 
                                "stop_material ends the step at a bare share, too: drop stop_material");
             require_figure(recipe, step, rule, met);
         });
-    }
+    });
 }
 
 std::string text_of(const std::filesystem::path& path) {
@@ -333,7 +326,7 @@ Recipe parse_recipe(std::string_view text, const std::string& file,
             raise_key("every", "saves more than {:g} surfaces; use a longer time", kMostSurfaces);
     });
     read_metrology(root, recipe);
-    check_stops(root, recipe.steps, "step", recipe, materials_by_step(recipe));
+    check_stops(root, recipe);
     if (runs_as_profile(recipe)) recipe.domain.strip = Strip::profile;
     return recipe;
 }

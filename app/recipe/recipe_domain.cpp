@@ -195,6 +195,9 @@ std::string spacing_for(int levels, const DomainSection& domain, double wanted, 
 int grid_levels(const Recipe& recipe, const levelset::Domain& domain) {
     if (is_flat(recipe.domain)) return 1;
     if (recipe.grid.levels) return static_cast<int>(*recipe.grid.levels);
+    // With fewer, the fine columns around features, about 64 finest cells with margins, would leave little
+    // coarse.
+    constexpr int kFewestCoarse = 24;
     int levels = levelset::most_levels(domain);
     while (levels > 1 && std::min(domain.cells[0], domain.cells[1]) >> (levels - 1) < kFewestCoarse) --levels;
     return levels;

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "app/recipe/recipe_domain.hpp"
 #include "app/schema/units.hpp"
