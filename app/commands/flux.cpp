@@ -137,7 +137,6 @@ Json summarise(const FluxArguments& arguments, const TriangleMesh& mesh, const f
     return json;
 }
 
-// Prints which method `auto` takes, and why.
 void print_choice(const flux::MethodChoice& choice) {
     print_warning(
         !choice.why_not.empty() ? fmt::format("sidewall flux: monte-carlo is taken: {}", choice.why_not)

@@ -91,7 +91,6 @@ int fail(const char* text, int exit_code) {
     return exit_code;
 }
 
-// The text of an error in the command line, from CLI11.
 std::string usage_error(const CLI::App* command, const CLI::Error& error) {
     return "sidewall: " + surface::printable(CLI::FailureMessage::simple(command, error));
 }
@@ -116,7 +115,6 @@ void require_shared_command(int argc, char** argv) {
         surface::printable(std::string(name)));
 }
 
-// Runs a subcommand and returns the program's exit code.
 int run(int argc, char** argv) {
     CLI::App program{"Sidewall: etch and deposition on a virtual wafer"};
     program.name("sidewall");

@@ -138,7 +138,6 @@ Json reading(const ReferenceFigure& figure, double ours, double coarse, double o
             {"within_bars", std::abs(deviation) <= bars}};
 }
 
-// The chart of a run's profile over the measured one of a row.
 Json profile_chart(const ValidationCase& one, std::size_t row, const fs::path& run) {
     const Recipe recipe = case_recipe(one, {row});
     const MeasuredProfile profile =

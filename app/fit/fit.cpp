@@ -28,7 +28,6 @@ namespace {
 
 constexpr const char* kFile = "fit.json";
 
-// One of the recipes that are fitted together.
 struct FitRecipe {
     std::string label;      // empty if it is the only one
     const FitOptions& all;  // options of the fit, as the user wrote them
@@ -42,7 +41,6 @@ struct FitRecipe {
     std::vector<std::size_t> numbers;  // run numbers of these
 };
 
-// A fit under way.
 struct Fit {
     const FitOptions& options;
     std::vector<FitRecipe> parts;
@@ -304,7 +302,6 @@ FitSearch find(Fit& fit) {
     }
 }
 
-// Writes the best recipes, and the profiles of their runs beside the measured ones.
 void write_best(const Fit& fit, const FitEnd& end) {
     const fs::path& folder = fit.options.output;
     for (const FittedRecipe& fitted : end.recipes) {

@@ -88,7 +88,6 @@ std::vector<Key> outline_keys(Outline& outline) {
              "x and y of the first corner, of the second, and so on around the outline", required()}};
 }
 
-// Adds the keys of outlines, listed or in a layout file.
 void add_polygons(Layer& layer, std::vector<Key>& list) {
     list.push_back({"polygons", table_list(layer.polygons, outline_keys), "",
                     "outlines seen from above, which must not cross or lie in one another; or give a file"});

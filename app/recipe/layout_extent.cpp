@@ -115,7 +115,6 @@ DomainSection domain_keys(const toml::table& table, const Reading& reading) {
     return domain;
 }
 
-// Rounds a length up to whole cells.
 double whole_cells(double length, double spacing) {
     return std::max(1.0, std::ceil(length / spacing - kExtentRounding)) * spacing;
 }

@@ -13,7 +13,6 @@
 namespace sidewall::app {
 namespace {
 
-// Cuts a text to what a message has room for.
 std::string shortened(std::string_view text, std::size_t most = 200) {
     return text.size() > most ? std::string(text.substr(0, most - 3)) + "..." : std::string(text);
 }

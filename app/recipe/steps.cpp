@@ -130,7 +130,6 @@ void check_cut(const Step& step, const toml::table& table, const std::string& pa
     if (depth && substrate) lowest = std::min(lowest, -*depth);
 }
 
-// Checks heights and thicknesses of geometric steps.
 void check_geometric(const toml::table& root, Recipe& recipe) {
     double lowest =
         lowest_start(recipe);  // minus infinity from the first step on that takes time: it might etch

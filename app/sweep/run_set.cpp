@@ -215,7 +215,6 @@ class Pool {
     double free_ = 0.0, memory_ = 0.0;  // bytes: free at the start, and needed by the running ones
 };
 
-// Names of the entries in which two plans differ.
 std::string differing(const Json& now, const Json& there) {
     std::string names;
     for (const auto& [name, value] : now.items())

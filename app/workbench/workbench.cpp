@@ -92,7 +92,6 @@ Json keys_json(const Json& decks) {
     return sections;
 }
 
-// The chemistry decks that came with the program, each with its model.
 Json decks_json() {
     Json decks = Json::object();
     for (const Deck& deck : shipped_decks()) decks[deck.name] = deck.model;
@@ -237,7 +236,6 @@ Json log_json(const OpenedFolder& folder, const WebRequest& request) {
     return {{"text", text}};
 }
 
-// Parses a measured profile (CSV) to columns of numbers.
 Json profile_json(const Json& asked) {
     constexpr std::size_t kMost = 200'000;
     const CsvTable table = parse_csv(text_at_key(asked, "text"), "the file", kMost / 2);

@@ -42,7 +42,6 @@ struct Entry {
     std::string_view data;
 };
 
-// Fields of an element, collected until its end.
 struct Element {
     std::uint8_t kind = 0;
     int layer = 0, datatype = 0, path_type = 0;
