@@ -175,16 +175,12 @@ void print_plane(const Json& json, const std::string& unit) {
         print_plain("  boundary  {:<12} {:.6g} {}\n", boundary["name"], boundary["length"], unit);
 }
 
-void require_profile(const Result& result, double spacing) {
-    if (!is_profile(result, spacing))
+Json export_tetrahedra(const ExportArguments& arguments, const Result& result) {
+    const double spacing = load_frame(fs::path(arguments.input) / "recipe.toml").domain.grid_spacing;
+    if (arguments.triangles && !is_profile(result, spacing))
         throw RecipeError(
             "--triangles: this wafer is {:.4g} wide along y: only a profile, of a recipe with one extent, is a plane",
             bounding_box(result.surface).size().y());
-}
-
-Json export_tetrahedra(const ExportArguments& arguments, const Result& result) {
-    const double spacing = load_frame(fs::path(arguments.input) / "recipe.toml").domain.grid_spacing;
-    if (arguments.triangles) require_profile(result, spacing);
     const double start = now();
     ProgressBar progress("tetrahedra", 1.0, "", arguments.json != "-");
     DeviceOptions options = arguments.options;

@@ -20,7 +20,6 @@
 #include <ctime>
 #include <memory>
 #include <thread>
-#include <utility>
 
 #include "app/common/interrupt.hpp"
 #include "app/common/text.hpp"
@@ -198,15 +197,6 @@ ChildProcess::ChildProcess(const std::vector<std::string>& arguments) {
     const std::string reason = std::strerror(errno);
     if (output_ >= 0) ::close(output_);
     throw NumericsError("cannot start a process: {}; use fewer --jobs", reason);
-}
-
-ChildProcess::ChildProcess(ChildProcess&& other) noexcept
-    : process_(std::exchange(other.process_, -1)), output_(std::exchange(other.output_, -1)) {}
-
-ChildProcess& ChildProcess::operator=(ChildProcess&& other) noexcept {
-    std::swap(process_, other.process_);
-    std::swap(output_, other.output_);
-    return *this;
 }
 
 ChildProcess::~ChildProcess() {

@@ -67,8 +67,6 @@ class ChildProcess {
     explicit ChildProcess(const std::vector<std::string>& arguments);
     /// Sends SIGTERM if it still runs, and waits for its end.
     ~ChildProcess();
-    ChildProcess(ChildProcess&& other) noexcept;
-    ChildProcess& operator=(ChildProcess&& other) noexcept;
     ChildProcess(const ChildProcess&) = delete;
     ChildProcess& operator=(const ChildProcess&) = delete;
 

@@ -15,8 +15,8 @@ namespace {
 
 // Takes a copy of the section, because keys point to writable members.
 template <class Section>
-std::string keys_text(Section section, const DomainSection& units) {
-    std::string text;
+std::string section_text(const std::string& header, Section section, const DomainSection& units) {
+    std::string text = fmt::format("\n{}\n", header);
     for (const Key& key : keys_of(section)) {
         const auto value = toml_text(key);
         if (!value) continue;
@@ -26,11 +26,6 @@ std::string keys_text(Section section, const DomainSection& units) {
         text += "\n";
     }
     return text;
-}
-
-template <class Section>
-std::string section_text(const std::string& header, const Section& section, const DomainSection& units) {
-    return fmt::format("\n{}\n{}", header, keys_text(section, units));
 }
 
 // Adds the materials that a key's value names, and other strings.

@@ -125,10 +125,6 @@ std::string nearest_figure(const Recipe& recipe, const std::string& name) {
     return did_you_mean(": ", name, known, "; see sidewall models metrology");
 }
 
-[[noreturn]] void refuse(const Recipe& recipe, const std::string& name, const std::string& option) {
-    throw RecipeError("{} {}: no run measures that{}", option, name, nearest_figure(recipe, name));
-}
-
 }  // namespace
 
 const std::vector<std::string>& measure_names() {
@@ -232,7 +228,8 @@ bool is_figure(const Recipe& recipe, const std::string& name) {
 
 void want_measure(Recipe& recipe, const std::string& name, const std::string& option) {
     const auto wanted = contains(measure_names(), name) ? std::optional(name) : word_of(recipe, name);
-    if (!wanted) refuse(recipe, name, option);
+    if (!wanted)
+        throw RecipeError("{} {}: no run measures that{}", option, name, nearest_figure(recipe, name));
     if (!wanted->empty()) add_once(recipe.metrology.measures, *wanted);
     if (const auto figure = named_figure(name, recipe.materials)) {
         if (figure->kind == FigureKind::opening) add_once(recipe.metrology.cd_depths, figure->at);

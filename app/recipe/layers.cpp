@@ -51,24 +51,23 @@ levelset::Shape shape_of(const Layer& layer, const Recipe& recipe) {
         {"mask", levelset::ShapeKind::mask},     {"polygons", levelset::ShapeKind::mask},
         {"sphere", levelset::ShapeKind::sphere}, {"cylinder", levelset::ShapeKind::cylinder},
         {"gap", levelset::ShapeKind::gap},       {"profile", levelset::ShapeKind::profile}};
-    constexpr double kThrough = kInfinity;
     levelset::Shape shape;
     shape.kind = kinds.at(layer.shape);
     shape.top = layer.top.value_or(0.0);
     shape.position = layer.position;
     shape.width = layer.width;
     shape.radius = layer.radius;
-    shape.depth = layer.depth.value_or(kThrough);
+    shape.depth = layer.depth.value_or(kInfinity);
     shape.height = layer.height;
     shape.size = layer.size;
     shape.taper_deg = layer.taper_deg;
     shape.file = layer.file;
     shape.openings = layer.openings;
     shape.subtract = layer.subtract;
-    shape.base = layer.base.value_or(-kThrough);
+    shape.base = layer.base.value_or(-kInfinity);
     shape.centre_z = layer.z.value_or(0.0);
-    shape.length = layer.length.value_or(kThrough);
-    if (layer.shape == "gap") shape.width = layer.span.value_or(kThrough);
+    shape.length = layer.length.value_or(kInfinity);
+    if (layer.shape == "gap") shape.width = layer.span.value_or(kInfinity);
     shape.axis = layer.axis[0] - 'x';
     shape.revolved = layer.sweep == "revolution";
     if (layer.shape == "profile") shape.profile = read_profile(layer.file, recipe.domain.length_unit).points;

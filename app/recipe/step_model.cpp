@@ -11,11 +11,6 @@
 namespace sidewall::app {
 namespace {
 
-// Value of 1 nm/s in the recipe's length per time.
-double nm_per_s(const DomainSection& domain) {
-    return 1e-9 * seconds_in(domain.time_unit) / metres_in(domain.length_unit);
-}
-
 void refuse_mirrored_beams(const Model& model, const DomainSection& domain) {
     for (std::size_t k = 0; k < model.species.size(); ++k)
         for (std::size_t axis = 0; axis < 2; ++axis) {
@@ -84,17 +79,14 @@ Model make_model(const Step& step, const Materials& materials, const DomainSecti
     for (const flux::Species& species : model.species)
         model.direct.push_back(
             flux::has_direct_flux(species) ? std::make_shared<const flux::DirectFlux>(species) : nullptr);
-    if (model.in_nm_per_s) {
-        model.speed = [speed = model.speed, unit = nm_per_s(domain)](const SurfacePoint& point) {
-            return unit * speed(point);
-        };
-        if (model.hints.max_etch_rate)
-            model.hints.max_etch_rate = [rate = model.hints.max_etch_rate, unit = nm_per_s(domain)](
-                                            const SurfacePoint& point) { return unit * rate(point); };
-        if (model.hints.max_speed) *model.hints.max_speed *= nm_per_s(domain);
-        for (Vec3& bound : model.hints.dissipation) bound *= nm_per_s(domain);
-        model.in_nm_per_s = false;
-    }
+    if (!model.in_nm_per_s) return model;
+    // Value of 1 nm/s in the recipe's length per time.
+    const double unit = 1e-9 * seconds_in(domain.time_unit) / metres_in(domain.length_unit);
+    for (auto* speed : {&model.speed, &model.hints.max_etch_rate})
+        if (*speed) *speed = [own = *speed, unit](const SurfacePoint& point) { return unit * own(point); };
+    if (model.hints.max_speed) *model.hints.max_speed *= unit;
+    for (Vec3& bound : model.hints.dissipation) bound *= unit;
+    model.in_nm_per_s = false;
     return model;
 }
 

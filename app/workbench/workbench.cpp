@@ -92,12 +92,6 @@ Json keys_json(const Json& decks) {
     return sections;
 }
 
-Json decks_json() {
-    Json decks = Json::object();
-    for (const Deck& deck : shipped_decks()) decks[deck.name] = deck.model;
-    return decks;
-}
-
 std::vector<std::string> shipped_recipes() {
     std::vector<std::string> names;
     std::error_code failure;
@@ -175,10 +169,9 @@ Descriptor home_of(const OpenedFolder& folder, const Json& asked) {
     }
 }
 
-WebReply preview(const OpenedFolder& folder, const Json& asked) {
-    const Descriptor home = home_of(folder, asked);
-    ProcessOutput said =
-        run_self({"report", "-", "--json", "-"}, home.number(), text_at_key(asked, "text"), kPatience);
+// The JSON that `sidewall report` prints in a folder, or the problem that it tells.
+WebReply reported(const std::vector<std::string>& words, const Descriptor& folder, const std::string& input) {
+    ProcessOutput said = run_self(words, folder.number(), input, kPatience);
     if (said.exit_code != 0) return reply_of(problem_of(said.messages));
     return {.body = std::move(said.output)};
 }
@@ -204,10 +197,7 @@ WebReply results(const OpenedFolder& folder, const WebRequest& request) {
     if (request.query.contains("last")) words.emplace_back("--last");
     words.emplace_back("--");
     for (const std::string& name : runs_asked(folder, request)) words.push_back("./" + name);
-    const Descriptor here = folder.folder("");
-    ProcessOutput said = run_self(words, here.number(), "", kPatience);
-    if (said.exit_code != 0) return reply_of(problem_of(said.messages));
-    return {.body = std::move(said.output)};
+    return reported(words, folder.folder(""), "");
 }
 
 Json contents_json(const OpenedFolder& folder, const std::string& first) {
@@ -255,7 +245,8 @@ WebReply got(const OpenedFolder& folder, const std::string& first, const WebRequ
     if (request.path == "/api/table") return reply_of(table_json(folder));
     if (request.path == "/api/text") return text_reply(folder, request);
     if (request.path == "/api/keys") {
-        const Json decks = decks_json();
+        Json decks = Json::object();
+        for (const Deck& deck : shipped_decks()) decks[deck.name] = deck.model;
         return reply_of({{"sections", keys_json(decks)}, {"shipped", shipped_recipes()}, {"decks", decks}});
     }
     if (request.path == "/api/log") return reply_of(log_json(folder, request));
@@ -263,7 +254,8 @@ WebReply got(const OpenedFolder& folder, const std::string& first, const WebRequ
 }
 
 WebReply posted(const OpenedFolder& folder, const std::string& path, const Json& asked) {
-    if (path == "/api/preview") return preview(folder, asked);
+    if (path == "/api/preview")
+        return reported({"report", "-", "--json", "-"}, home_of(folder, asked), text_at_key(asked, "text"));
     if (path == "/api/check") return check(folder, asked);
     const auto turn = own_turn();
     if (path == "/api/save") return reply_of(save(folder, asked));
