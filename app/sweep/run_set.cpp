@@ -52,7 +52,7 @@ std::string reason(const ProcessEnd& end) {
         return "killed from outside, as the system does when memory runs out";
     if (end.exit_code >= kSignalled) return fmt::format("ended by signal {}", end.exit_code - kSignalled);
     std::string last;
-    for (const std::string& line : split(end.output, '\n'))
+    for (const std::string& line : split(end.messages, '\n'))
         if (!line.empty()) last = line;
     constexpr std::string_view kName = "sidewall: ";
     if (last.starts_with(kName)) last.erase(0, kName.size());
@@ -191,7 +191,7 @@ class Pool {
     }
 
     void stop_all() {
-        for (const Running& run : running_) run.process->ask_to_stop();
+        for (const Running& run : running_) run.process->stop(SIGTERM);
         while (!running_.empty()) {
             std::erase_if(running_, [](Running& run) { return run.process->end().has_value(); });
             std::this_thread::sleep_for(kPause);

@@ -3,24 +3,19 @@
 #include <string>
 #include <vector>
 
+#include "app/common/processes.hpp"
+
 // Other processes of this program: those that answer at once, and runs that outlive this process.
 namespace sidewall::app {
-
-/// Exit code and output of a process.
-struct ProcessOutput {
-    int exit_code = 0;     ///< 128 plus the signal's number if one ended it
-    std::string output;    ///< standard output
-    std::string messages;  ///< standard error
-};
 
 /// Runs this program with other arguments and waits for its end. At most two run at a time; other calls wait.
 /// \param arguments  without the program's name.
 /// \param folder     descriptor of its working folder.
 /// \param input      its standard input.
 /// \param patience   time until it is killed; it is killed, too, when this process is asked to stop.
-/// \throws IoError if the system refuses a process, or its output is over 16 MB.
-ProcessOutput run_self(const std::vector<std::string>& arguments, int folder, const std::string& input,
-                       std::chrono::seconds patience);
+/// \throws NumericsError if the system refuses a process, IoError if its output is over 16 MB.
+ProcessEnd run_self(const std::vector<std::string>& arguments, int folder, const std::string& input,
+                    std::chrono::seconds patience);
 
 /// Starts a program in a new session, so that it outlives this process and the terminal.
 /// \param words   its command line; the name `sidewall` is this program.

@@ -171,14 +171,14 @@ Descriptor home_of(const OpenedFolder& folder, const Json& asked) {
 
 // The JSON that `sidewall report` prints in a folder, or the problem that it tells.
 WebReply reported(const std::vector<std::string>& words, const Descriptor& folder, const std::string& input) {
-    ProcessOutput said = run_self(words, folder.number(), input, kPatience);
+    ProcessEnd said = run_self(words, folder.number(), input, kPatience);
     if (said.exit_code != 0) return reply_of(problem_of(said.messages));
     return {.body = std::move(said.output)};
 }
 
 WebReply check(const OpenedFolder& folder, const Json& asked) {
     const Descriptor home = home_of(folder, asked);
-    const ProcessOutput said = run_self({"check", "-"}, home.number(), text_at_key(asked, "text"), kPatience);
+    const ProcessEnd said = run_self({"check", "-"}, home.number(), text_at_key(asked, "text"), kPatience);
     if (said.exit_code != 0) return reply_of(problem_of(said.messages));
     return reply_of({{"text", notes_of(said.messages) + findings_of(said.output)}});
 }
