@@ -68,6 +68,34 @@ void require_ranges(const std::vector<Vary>& varied) {
     }
 }
 
+// An error message about one recipe in which targets, keys and settings have the label that the user wrote
+// before them. A message about something that all recipes share gets the label in front.
+std::string with_label(const std::string& message, const std::string& label, const FitOptions& options) {
+    if (label.empty()) return message;
+    for (const auto& [option, texts] :
+         {std::pair("--target-profile", &options.profiles), std::pair("--target", &options.targets),
+          std::pair("--vary", &options.vary), std::pair("--set", &options.overrides)}) {
+        const std::string start = std::string(option) + " ", missing = std::string(option) + ": missing";
+        if (message.starts_with(missing))
+            return fmt::format("{} for {}{}", missing, label, message.substr(missing.size()));
+        if (!message.starts_with(start)) continue;
+        const std::string rest = message.substr(start.size());
+        const std::string name = rest.substr(0, rest.find_first_of("=@: "));
+        for (const std::string& text : *texts)
+            if (text.starts_with(fmt::format("{}:{}", label, name)))
+                return fmt::format("{}{}:{}", start, label, rest);
+    }
+    return message.starts_with("--") ? label + ": " + message : message;
+}
+
+auto about_recipe(const std::string& label, const FitOptions& options, const auto& read) {
+    try {
+        return read();
+    } catch (const RecipeError& error) {
+        throw RecipeError(with_label(error.what(), label, options));
+    }
+}
+
 RunValues values_of(const Fit& fit, const BoxPoint& point) {
     RunValues values;
     values.reserve(fit.varied.size());

@@ -222,10 +222,6 @@ StopRule stop_rule(const Recipe& recipe, const std::string& text) {
     return {name, text[sign] == '>', *value};
 }
 
-bool is_figure(const Recipe& recipe, const std::string& name) {
-    return word_of(recipe, name).has_value();
-}
-
 void want_measure(Recipe& recipe, const std::string& name, const std::string& option) {
     const auto wanted = contains(measure_names(), name) ? std::optional(name) : word_of(recipe, name);
     if (!wanted)
@@ -246,7 +242,7 @@ void want_measure(Recipe& recipe, const std::string& name, const std::string& op
 void want_figure(Recipe& recipe, const std::string& name, const std::string& option,
                  const std::string& text) {
     want_measure(recipe, name, option);
-    if (is_figure(recipe, name)) return;
+    if (word_of(recipe, name)) return;
     throw RecipeError("{} {}: {} stands for several figures: name one, e.g. {}", option, text, name,
                       name == "film" ? "film_side"
                       : name == "cd" ? "cd_at_0.5"

@@ -72,9 +72,6 @@ StopRule stop_rule(const Recipe& recipe, const std::string& text);
 /// \throws RecipeError with the nearest name for what no run measures.
 void want_measure(Recipe& recipe, const std::string& name, const std::string& option);
 
-/// Whether \p name is one figure, not a word that stands for several.
-bool is_figure(const Recipe& recipe, const std::string& name);
-
 /// Makes \p recipe measure one figure, as want_measure does.
 /// \param text  the option's value, for messages.
 /// \throws RecipeError as want_measure, and for a word that stands for several figures.
