@@ -33,14 +33,12 @@ enum class Kind { tetrahedra, surface, blocks, profile };
 
 Kind kind_of(const ExportArguments& arguments) {
     const std::string extension = surface::lower_extension(arguments.output);
-    Kind kind = Kind::surface;
-    if (extension == ".vtu" || extension == ".msh")
-        kind = Kind::tetrahedra;
-    else if (extension == ".vtm")
-        kind = Kind::blocks;
-    else if (extension == ".csv")
-        kind = Kind::profile;
-    else if (extension != ".stl" && extension != ".obj" && extension != ".ply" && extension != ".vtp")
+    const Kind kind = extension == ".vtu" || extension == ".msh" ? Kind::tetrahedra
+                      : extension == ".vtm"                      ? Kind::blocks
+                      : extension == ".csv"                      ? Kind::profile
+                                                                 : Kind::surface;
+    if (kind == Kind::surface && extension != ".stl" && extension != ".obj" && extension != ".ply" &&
+        extension != ".vtp")
         throw RecipeError(
             "-o {}: must end in .vtu or .msh (tetrahedra), .stl, .obj, .ply or .vtp (the surface), .vtm (all "
             "surfaces) or .csv (a cut)",

@@ -312,10 +312,8 @@ void write_history(const fs::path& file, const Json& validation) {
                 row.size() < 2 ||
                 (row[0] == version() && std::any_of(validation["cases"].begin(), validation["cases"].end(),
                                                     [&](const Json& one) { return one["name"] == row[1]; }));
-            if (again) continue;
-            std::vector<std::string> fields(row.size());
-            std::transform(row.begin(), row.end(), fields.begin(), csv_field);
-            text += fmt::format("{}\n", fmt::join(fields, ","));
+            for (std::size_t k = 0; k < row.size() && !again; ++k)
+                text += csv_field(row[k]) + (k + 1 < row.size() ? "," : "\n");
         }
     }
     for (const Json& one : validation["cases"])
