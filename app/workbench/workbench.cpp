@@ -267,18 +267,15 @@ WebReply posted(const OpenedFolder& folder, const std::string& path, const Json&
 
 }  // namespace
 
-Workbench::Workbench(const OpenedFolder& folder, std::string recipe)
-    : folder_(folder), recipe_(std::move(recipe)) {}
-
-WebReply Workbench::answer(const WebRequest& request) const {
+WebReply workbench_reply(const WebRequest& request, const OpenedFolder& folder, const std::string& recipe) {
     try {
         if (request.method == "POST") {
             constexpr std::size_t kMostValues = 10'000;
             const Json asked = parse_json(request.body, kMostValues);
             if (!asked.is_object()) return {.status = 400, .type = "text/plain", .body = "not JSON\n"};
-            return posted(folder_, request.path, asked);
+            return posted(folder, request.path, asked);
         }
-        return got(folder_, recipe_, request);
+        return got(folder, recipe, request);
     } catch (const NotInside& error) {
         return {
             .status = 404, .type = "text/plain; charset=utf-8", .body = fmt::format("{}\n", error.what())};
