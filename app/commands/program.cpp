@@ -2,11 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#ifdef __linux__
 #include <malloc.h>
-#endif
-
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -163,15 +160,6 @@ int run(int argc, char** argv) {
     }
 }
 
-// Keeps freed memory in the process: each time step allocates the arrays that the last one freed, and memory
-// that the system took back costs a page fault every 4 kB.
-void keep_freed_memory() {
-#if defined(__linux__) && defined(__GLIBC__)
-    mallopt(M_MMAP_THRESHOLD, 32 << 20);
-    mallopt(M_TRIM_THRESHOLD, 256 << 20);
-#endif
-}
-
 }  // namespace
 
 void install_terminate_handler() {
@@ -179,7 +167,10 @@ void install_terminate_handler() {
 }
 
 int run_program(int argc, char** argv) {
-    keep_freed_memory();
+    // Keeps freed memory in the process: each time step allocates the arrays that the last one freed, and
+    // memory that the system took back costs a page fault every 4 kB.
+    ::mallopt(M_MMAP_THRESHOLD, 32 << 20);
+    ::mallopt(M_TRIM_THRESHOLD, 256 << 20);
     install_terminate_handler();
     secure_standard_streams();
     begin_rank();
