@@ -11,8 +11,7 @@
 #include "app/common/console.hpp"
 #include "app/common/files.hpp"
 #include "app/common/interrupt.hpp"
-#include "app/workbench/launch.hpp"
-#include "app/workbench/opened_folder.hpp"
+#include "app/workbench/runs.hpp"
 #include "app/workbench/web_server.hpp"
 #include "app/workbench/workbench.hpp"
 

@@ -11,7 +11,6 @@
 #include "app/common/text.hpp"
 #include "app/recipe/decks.hpp"
 #include "app/recipe/sections.hpp"
-#include "app/workbench/launch.hpp"
 #include "app/workbench/opened_folder.hpp"
 #include "app/workbench/runs.hpp"
 #include "app/workbench/workbench_page.hpp"
@@ -19,8 +18,6 @@
 
 namespace sidewall::app {
 namespace {
-
-constexpr std::chrono::seconds kPatience{60};
 
 // Requests that this process answers itself run one at a time, so that their memory does not add up.
 std::unique_lock<std::mutex> own_turn() {
@@ -171,14 +168,14 @@ Descriptor home_of(const OpenedFolder& folder, const Json& asked) {
 
 // The JSON that `sidewall report` prints in a folder, or the problem that it tells.
 WebReply reported(const std::vector<std::string>& words, const Descriptor& folder, const std::string& input) {
-    ProcessEnd said = run_self(words, folder.number(), input, kPatience);
+    ProcessEnd said = run_self(words, folder.number(), input);
     if (said.exit_code != 0) return reply_of(problem_of(said.messages));
     return {.body = std::move(said.output)};
 }
 
 WebReply check(const OpenedFolder& folder, const Json& asked) {
     const Descriptor home = home_of(folder, asked);
-    const ProcessEnd said = run_self({"check", "-"}, home.number(), text_at_key(asked, "text"), kPatience);
+    const ProcessEnd said = run_self({"check", "-"}, home.number(), text_at_key(asked, "text"));
     if (said.exit_code != 0) return reply_of(problem_of(said.messages));
     return reply_of({{"text", notes_of(said.messages) + findings_of(said.output)}});
 }

@@ -13,7 +13,6 @@
 #include "app/common/files.hpp"
 #include "app/recipe/effective_recipe.hpp"
 #include "app/report/recipe_page.hpp"
-#include "app/workbench/launch.hpp"
 #include "app/workbench/opened_folder.hpp"
 #include "app/workbench/runs.hpp"
 #include "tests/folder.hpp"
@@ -380,8 +379,7 @@ TEST_CASE("writes 17 MB", "[.]") {  // run by the next test
 TEST_CASE("an answer that is too large is refused, not cut", "[foreign]") {
     const Opened opened;
     const Descriptor here = opened.folder.folder("");
-    CHECK_THROWS_WITH(run_self({"writes 17 MB"}, here.number(), "", std::chrono::seconds(60)),
-                      Catch::Contains("over 16000000"));
+    CHECK_THROWS_WITH(run_self({"writes 17 MB"}, here.number(), ""), Catch::Contains("over 16000000"));
 }
 
 TEST_CASE("the list of a large folder ends at a bound, and says so", "[foreign]") {
