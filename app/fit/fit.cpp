@@ -131,10 +131,9 @@ FitRecipe read_part(const FitOptions& options, const std::vector<std::string>& l
                     std::vector<Vary>& all) {
     FitRecipe part{.label = labels[r], .all = options, .options = options};
     part.options.recipes = {options.recipes[r]};
-    part.options.overrides = own_texts(options.overrides, labels, labels[r]);
-    part.options.vary = own_texts(options.vary, labels, labels[r]);
-    part.options.targets = own_texts(options.targets, labels, labels[r]);
-    part.options.profiles = own_texts(options.profiles, labels, labels[r]);
+    for (const auto texts :
+         {&FitOptions::overrides, &FitOptions::vary, &FitOptions::targets, &FitOptions::profiles})
+        part.options.*texts = own_texts(options.*texts, labels, labels[r]);
     const Recipe base = load_recipe(options.recipes[r], part.options.overrides);
     part.text = surface::read_whole_file(options.recipes[r]);
     part.length_unit = base.domain.length_unit;
