@@ -33,14 +33,12 @@ enum class Kind { tetrahedra, surface, blocks, profile };
 
 Kind kind_of(const ExportArguments& arguments) {
     const std::string extension = surface::lower_extension(arguments.output);
-    Kind kind = Kind::surface;
-    if (extension == ".vtu" || extension == ".msh")
-        kind = Kind::tetrahedra;
-    else if (extension == ".vtm")
-        kind = Kind::blocks;
-    else if (extension == ".csv")
-        kind = Kind::profile;
-    else if (extension != ".stl" && extension != ".obj" && extension != ".ply" && extension != ".vtp")
+    const Kind kind = extension == ".vtu" || extension == ".msh" ? Kind::tetrahedra
+                      : extension == ".vtm"                      ? Kind::blocks
+                      : extension == ".csv"                      ? Kind::profile
+                                                                 : Kind::surface;
+    if (kind == Kind::surface && extension != ".stl" && extension != ".obj" && extension != ".ply" &&
+        extension != ".vtp")
         throw RecipeError(
             "-o {}: must end in .vtu or .msh (tetrahedra), .stl, .obj, .ply or .vtp (the surface), .vtm (all "
             "surfaces) or .csv (a cut)",
@@ -175,16 +173,12 @@ void print_plane(const Json& json, const std::string& unit) {
         print_plain("  boundary  {:<12} {:.6g} {}\n", boundary["name"], boundary["length"], unit);
 }
 
-void require_profile(const Result& result, double spacing) {
-    if (!is_profile(result, spacing))
+Json export_tetrahedra(const ExportArguments& arguments, const Result& result) {
+    const double spacing = load_frame(fs::path(arguments.input) / "recipe.toml").domain.grid_spacing;
+    if (arguments.triangles && !is_profile(result, spacing))
         throw RecipeError(
             "--triangles: this wafer is {:.4g} wide along y: only a profile, of a recipe with one extent, is a plane",
             bounding_box(result.surface).size().y());
-}
-
-Json export_tetrahedra(const ExportArguments& arguments, const Result& result) {
-    const double spacing = load_frame(fs::path(arguments.input) / "recipe.toml").domain.grid_spacing;
-    if (arguments.triangles) require_profile(result, spacing);
     const double start = now();
     ProgressBar progress("tetrahedra", 1.0, "", arguments.json != "-");
     DeviceOptions options = arguments.options;

@@ -1,4 +1,4 @@
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -17,6 +17,7 @@
 #include "app/common/timing.hpp"
 #include "app/process/record/saved_meshes.hpp"
 #include "flux/radiosity/method_choice.hpp"
+#include "surface/files/file.hpp"
 #include "surface/files/mesh_io.hpp"
 #include "surface/repair.hpp"
 
@@ -25,11 +26,17 @@ namespace {
 
 using flux::Boundary;
 
+// Materials of a mesh: the distinct ids, ascending, and each triangle's index among them.
+struct FluxMaterials {
+    std::vector<std::int32_t> ids, of_triangle;
+};
+
 struct FluxArguments {
     std::string mesh, output, json, boundary, seed = "1";
     std::optional<std::string> method;  // not given: auto, which then does not print its choice
-    std::optional<double> rays, relative_error;
-    FluxSource source;
+    std::optional<double> rays, relative_error, mean_free_path;
+    std::string sticking = "1";  // one probability, or ID=s,ID=s
+    double exponent = 1.0;       // of the source
 };
 
 constexpr double kDefaultRays = 1e6;
@@ -56,6 +63,83 @@ std::array<Boundary, 2> parse_boundary(const std::string& text) {
 
 const char* name_of(Boundary boundary) {
     return std::ranges::find(kBoundaries, boundary, &std::pair<const char*, Boundary>::second)->first;
+}
+
+template <typename Number>
+Number parse_number(const std::string& text, const std::string& where) {
+    Number value{};
+    if (!surface::read_number(text, value)) throw RecipeError("{}: \"{}\" is not a number", where, text);
+    return value;
+}
+
+double parse_probability(const std::string& text, const std::string& where) {
+    const double value = parse_number<double>(text, where);
+    if (!(value >= 0.0 && value <= 1.0)) throw RecipeError("{}: must be in [0, 1]", where);
+    return value;
+}
+
+// Parses one sticking probability for all, or ID=s,ID=s; returns one for each of \p ids in their order.
+std::vector<double> parse_sticking(const std::string& text, const std::vector<std::int32_t>& ids,
+                                   const std::string& path) {
+    if (text.find('=') == std::string::npos) return {parse_probability(text, "--sticking " + text)};
+    std::vector<double> sticking(ids.size(), -1.0);
+    for (const std::string& part : split(text, ',')) {
+        const std::string where = "--sticking " + part;
+        const auto equals = part.find('=');
+        if (equals == std::string::npos)
+            throw RecipeError(where + ": write ID=s, as in --sticking 0=0.1,1=0.5");
+        const auto id = parse_number<std::int32_t>(part.substr(0, equals), where);
+        const double value = parse_probability(part.substr(equals + 1), where);
+        const auto found = std::lower_bound(ids.begin(), ids.end(), id);
+        if (found == ids.end() || *found != id)
+            throw RecipeError("{}: {} has no material {}; it has {}", where, path, id, fmt::join(ids, ", "));
+        double& slot = sticking[static_cast<std::size_t>(found - ids.begin())];
+        if (slot >= 0.0) throw RecipeError("{}: material {} is given twice", where, id);
+        slot = value;
+    }
+    for (std::size_t i = 0; i < ids.size(); ++i)
+        if (sticking[i] < 0.0)
+            throw RecipeError("--sticking {}: material {} of {} is missing", text, ids[i], path);
+    return sticking;
+}
+
+// Reads the triangle attribute `material`. Without it there is one material, of id 0; of_triangle is empty.
+FluxMaterials flux_materials(const TriangleMesh& mesh, const std::string& path) {
+    const Attribute* attribute = mesh.triangle_attribute("material");
+    if (!attribute) return {{0}, {}};
+    if (attribute->components != 1 || attribute->values.size() != mesh.triangles.size())
+        throw FileError("{}: attribute material must be one integer a triangle", path);
+    FluxMaterials materials;
+    for (std::size_t t = 0; t < attribute->values.size(); ++t) {
+        const double value = attribute->values[t];
+        if (!(std::abs(value) <= 2147483647.0) || value != std::floor(value))
+            throw FileError("{}: triangle {} has material {}: must be an integer", path, t, value);
+        materials.of_triangle.push_back(static_cast<std::int32_t>(value));
+    }
+    materials.ids = materials.of_triangle;
+    std::sort(materials.ids.begin(), materials.ids.end());
+    materials.ids.erase(std::unique(materials.ids.begin(), materials.ids.end()), materials.ids.end());
+    for (std::int32_t& id : materials.of_triangle)
+        id = static_cast<std::int32_t>(std::lower_bound(materials.ids.begin(), materials.ids.end(), id) -
+                                       materials.ids.begin());
+    return materials;
+}
+
+flux::Species species_of(const FluxArguments& arguments, const TriangleMesh& mesh,
+                         const std::vector<std::int32_t>& ids) {
+    flux::Species species{"flux", arguments.exponent,
+                          parse_sticking(arguments.sticking, ids, arguments.mesh)};
+    if (!arguments.mean_free_path) return species;
+    // Diffusion over n mean free paths takes about n^2 collisions.
+    constexpr double kLeast = 1e-3;  // least mean free path over the diagonal of the bounding box
+    const double least = kLeast * bounding_box(mesh).size().norm();
+    if (!(*arguments.mean_free_path >= least))
+        throw RecipeError(
+            "--mean-free-path {:g}: particles would collide too often to be followed: give a length of "
+            "{:.3g} or more, a thousandth of the surface's size",
+            *arguments.mean_free_path, least);
+    species.mean_free_path = *arguments.mean_free_path;
+    return species;
 }
 
 TriangleMesh read_repaired(const std::string& path, surface::MeshMetadata& metadata) {
@@ -102,10 +186,10 @@ void check_arguments(const FluxArguments& arguments) {
     if (!arguments.boundary.empty()) parse_boundary(arguments.boundary);
     if (arguments.relative_error && !(*arguments.relative_error > 0.0))
         throw RecipeError("--relative-error {:g}: must be above 0, such as 0.01", *arguments.relative_error);
-    if (arguments.source.mean_free_path && arguments.method == "radiosity")
+    if (arguments.mean_free_path && arguments.method == "radiosity")
         throw RecipeError(
             "--mean-free-path {:g}: radiosity knows no collisions in the gas: use --method monte-carlo",
-            *arguments.source.mean_free_path);
+            *arguments.mean_free_path);
     parse_rays(arguments);
     parse_number<std::uint64_t>(arguments.seed, "--seed");
 }
@@ -127,16 +211,15 @@ Json summarise(const FluxArguments& arguments, const TriangleMesh& mesh, const f
     json["vertices"] = mesh.vertices.size();
     json["triangles"] = mesh.triangles.size();
     json["boundary"] = {name_of(box.boundary[0]), name_of(box.boundary[1])};
-    json["source_exponent"] = arguments.source.exponent;
-    json["sticking"] = arguments.source.sticking;
-    if (arguments.source.mean_free_path) json["mean_free_path"] = *arguments.source.mean_free_path;
+    json["source_exponent"] = arguments.exponent;
+    json["sticking"] = arguments.sticking;
+    if (arguments.mean_free_path) json["mean_free_path"] = *arguments.mean_free_path;
     json["seed"] = parse_number<std::uint64_t>(arguments.seed, "--seed");
     json["threads"] = thread_count();
     json["flux"] = {{"mean", weighted / area}, {"min", low}, {"max", high}};
     return json;
 }
 
-// Prints which method `auto` takes, and why.
 void print_choice(const flux::MethodChoice& choice) {
     print_warning(
         !choice.why_not.empty() ? fmt::format("sidewall flux: monte-carlo is taken: {}", choice.why_not)
@@ -155,7 +238,7 @@ void run_flux(const FluxArguments& arguments) {
     surface::MeshMetadata metadata;
     const TriangleMesh mesh = read_repaired(arguments.mesh, metadata);
     const FluxMaterials materials = flux_materials(mesh, arguments.mesh);
-    const flux::Species species = species_of(arguments.source, mesh, materials, arguments.mesh);
+    const flux::Species species = species_of(arguments, mesh, materials.ids);
     const flux::LateralBox box = find_box(mesh, arguments);
     const flux::Wedges wedges = flux::make_wedges(mesh, materials.of_triangle);
     const double start = now();
@@ -238,13 +321,13 @@ void add_flux_command(CLI::App& program) {
                     kDefaultRays, kMostRays));
     add_option(command, "--relative-error", arguments->relative_error, "E",
                "Trace until sum(area * standard error) / sum(area * flux) over vertices is at most this");
-    add_option(command, "--source-exponent", arguments->source.exponent, "n",
+    add_option(command, "--source-exponent", arguments->exponent, "n",
                "n of the source's cos^n: 1 thermal, hundreds a beam (default 1)");
-    add_option(command, "--sticking", arguments->source.sticking, "s",
+    add_option(command, "--sticking", arguments->sticking, "s",
                "Sticking probability, or one for each id in the triangles' attribute material: ID=s,ID=s "
                "(default 1)");
     add_option(
-        command, "--mean-free-path", arguments->source.mean_free_path, "L",
+        command, "--mean-free-path", arguments->mean_free_path, "L",
         "Mean free path between isotropic collisions in the gas, in the surface's unit; for monte-carlo (default: no "
         "collisions)");
     add_option(

@@ -11,8 +11,7 @@
 #include "app/common/console.hpp"
 #include "app/common/files.hpp"
 #include "app/common/interrupt.hpp"
-#include "app/workbench/launch.hpp"
-#include "app/workbench/opened_folder.hpp"
+#include "app/workbench/runs.hpp"
 #include "app/workbench/web_server.hpp"
 #include "app/workbench/workbench.hpp"
 
@@ -74,7 +73,7 @@ void open(const OpenOptions& options) {
     const bool file = fs::is_regular_file(options.input, failure);
     const fs::path input = fs::absolute(options.input).lexically_normal();
     const OpenedFolder folder(file ? input.parent_path() : input);
-    const Workbench workbench(folder, file ? input.filename().string() : "");
+    const std::string recipe = file ? input.filename().string() : "";
     install_interrupt_handler();
     // Two arenas: threads reuse memory that others freed. Freed blocks over 128 KiB go back to the system.
     ::mallopt(M_ARENA_MAX, 2);
@@ -84,7 +83,7 @@ void open(const OpenOptions& options) {
            .token = random_token(),
            .on_listening = [&](const std::string& address) { show(address, options, signpost); },
            .stop = interrupted},
-          [&](const WebRequest& request) { return workbench.answer(request); });
+          [&](const WebRequest& request) { return workbench_reply(request, folder, recipe); });
 }
 
 }  // namespace

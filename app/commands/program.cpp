@@ -2,11 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#ifdef __linux__
 #include <malloc.h>
-#endif
-
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -91,7 +88,6 @@ int fail(const char* text, int exit_code) {
     return exit_code;
 }
 
-// The text of an error in the command line, from CLI11.
 std::string usage_error(const CLI::App* command, const CLI::Error& error) {
     return "sidewall: " + surface::printable(CLI::FailureMessage::simple(command, error));
 }
@@ -116,7 +112,6 @@ void require_shared_command(int argc, char** argv) {
         surface::printable(std::string(name)));
 }
 
-// Runs a subcommand and returns the program's exit code.
 int run(int argc, char** argv) {
     CLI::App program{"Sidewall: etch and deposition on a virtual wafer"};
     program.name("sidewall");
@@ -165,15 +160,6 @@ int run(int argc, char** argv) {
     }
 }
 
-// Keeps freed memory in the process: each time step allocates the arrays that the last one freed, and memory
-// that the system took back costs a page fault every 4 kB.
-void keep_freed_memory() {
-#if defined(__linux__) && defined(__GLIBC__)
-    mallopt(M_MMAP_THRESHOLD, 32 << 20);
-    mallopt(M_TRIM_THRESHOLD, 256 << 20);
-#endif
-}
-
 }  // namespace
 
 void install_terminate_handler() {
@@ -181,7 +167,10 @@ void install_terminate_handler() {
 }
 
 int run_program(int argc, char** argv) {
-    keep_freed_memory();
+    // Keeps freed memory in the process: each time step allocates the arrays that the last one freed, and
+    // memory that the system took back costs a page fault every 4 kB.
+    ::mallopt(M_MMAP_THRESHOLD, 32 << 20);
+    ::mallopt(M_TRIM_THRESHOLD, 256 << 20);
     install_terminate_handler();
     secure_standard_streams();
     begin_rank();

@@ -12,7 +12,6 @@
 namespace sidewall::app {
 namespace {
 
-/// Parses two numbers with a separator between them.
 std::array<double, 2> parse_pair(const std::string& option, const std::string& text, char separator,
                                  const char* wanted) {
     const std::vector<std::string> parts = split(text, separator);

@@ -33,13 +33,6 @@ simplify::Weights parse_weights(const std::string& text) {
     return {values[0], values[1], values[2]};
 }
 
-simplify::Options resolve(const SimplifyArguments& arguments) {
-    simplify::Options options = arguments.options;
-    options.method = simplify::method_from_string(arguments.method);
-    if (!arguments.weights.empty()) options.weights = parse_weights(arguments.weights);
-    return options;
-}
-
 /// The number of --feature-parameter, or what `auto` finds for the mesh.
 double feature_parameter(const SimplifyArguments& arguments, const surface::Curvature& curvature,
                          double spacing) {
@@ -103,7 +96,9 @@ void print_summary(const Json& json, const SimplifyArguments& arguments) {
 }
 
 void run(const SimplifyArguments& arguments) {
-    simplify::Options options = resolve(arguments);
+    simplify::Options options = arguments.options;
+    options.method = simplify::method_from_string(arguments.method);
+    if (!arguments.weights.empty()) options.weights = parse_weights(arguments.weights);
     surface::MeshMetadata metadata;
     TriangleMesh mesh = surface::read_mesh(arguments.input, &metadata);
     const std::string words = surface::repair_summary(surface::repair(mesh, {.face_gas = false}));

@@ -1,6 +1,5 @@
 #include "app/sweep/sweep.hpp"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <memory>
@@ -10,7 +9,6 @@
 #include "app/common/interrupt.hpp"
 #include "app/common/processes.hpp"
 #include "app/recipe/figure_names.hpp"
-#include "app/sweep/run_set.hpp"
 
 namespace sidewall::app {
 namespace {

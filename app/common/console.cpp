@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstdio>
 #include <ctime>
-#include <initializer_list>
 
 #include "app/common/timing.hpp"
 #include "surface/files/file.hpp"
@@ -16,7 +15,6 @@
 namespace sidewall::app {
 namespace {
 
-#ifdef __GLIBC__
 // Writes to standard error; failures are ignored. If its reader is gone, as `tee` is after Ctrl-C, the
 // SIGPIPE of the write is discarded, so that it does not end the run.
 extern "C" ssize_t write_or_lose(void*, const char* bytes, size_t count) {
@@ -37,7 +35,6 @@ extern "C" ssize_t write_or_lose(void*, const char* bytes, size_t count) {
     pthread_sigmask(SIG_SETMASK, &before, nullptr);
     return static_cast<ssize_t>(count);
 }
-#endif
 
 std::string clock_text(double seconds) {
     const auto s = static_cast<long>(seconds + 0.5);
@@ -55,12 +52,10 @@ void secure_standard_streams() {
     for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
         if (fcntl(stream, F_GETFD) == -1)  // open() takes the lowest free number, which is this one
             (void)open("/dev/null", stream == STDOUT_FILENO ? O_RDONLY : O_RDWR);
-#ifdef __GLIBC__
     if (FILE* messages = fopencookie(nullptr, "w", {nullptr, write_or_lose, nullptr, nullptr})) {
         std::setvbuf(messages, nullptr, _IONBF, 0);
         stderr = messages;
     }
-#endif
 }
 
 void print_warning(std::string_view line) {

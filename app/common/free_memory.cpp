@@ -16,20 +16,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The number after \p word in a file of words and numbers, times \p unit.
-std::optional<double> number_after(const fs::path& file, const std::string& word, double unit) {
+// The number at the start of a file, or after \p word; none where it says "max".
+std::optional<double> number_in(const fs::path& file, const std::string& word = "") {
     std::ifstream in(file);
     double value = 0.0;
-    for (std::string read; in >> read;)
-        if (read == word && in >> value) return unit * value;
-    return std::nullopt;
-}
-
-std::optional<double> number_in(const fs::path& file) {
-    std::ifstream in(file);
-    double value = 0.0;
-    if (in >> value) return value;  // "max" means no limit
-    return std::nullopt;
+    for (std::string read; !word.empty() && read != word && in >> read;) {
+    }
+    return in >> value ? std::optional(value) : std::nullopt;
 }
 
 // Bytes left in a control group; infinity if it sets no limit.
@@ -40,7 +33,7 @@ double left_in_group(const fs::path& group, const char* limit, const char* usage
     const double used = number_in(group / usage).value_or(0.0);
     double files = 0.0;
     for (const char* kind : {"inactive_file", "active_file"})
-        files += number_after(group / "memory.stat", (prefix + kind).c_str(), 1.0).value_or(0.0);
+        files += number_in(group / "memory.stat", prefix + kind).value_or(0.0);
     return std::max(0.0, *most - std::max(0.0, used - files));
 }
 
@@ -84,7 +77,7 @@ double left_of_address_space() {
 }  // namespace
 
 FreeMemory free_memory(const fs::path& root) {
-    FreeMemory least{number_after(root / "proc/meminfo", "MemAvailable:", 1024.0).value_or(kInfinity),
+    FreeMemory least{1024.0 * number_in(root / "proc/meminfo", "MemAvailable:").value_or(kInfinity),
                      "free on this machine"};
     const auto consider = [&](double bytes, const char* limit) {
         if (bytes < least.bytes) least = {bytes, limit};

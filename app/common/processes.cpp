@@ -20,7 +20,6 @@
 #include <ctime>
 #include <memory>
 #include <thread>
-#include <utility>
 
 #include "app/common/interrupt.hpp"
 #include "app/common/text.hpp"
@@ -91,28 +90,31 @@ void sum(std::span<std::uint64_t> values) {
 
 std::unique_ptr<tbb::global_control> limit;
 
-// Turns the forked child into this program, by calls that are safe while other threads hold locks.
-[[noreturn]] void become(const std::vector<char*>& words, int output, pid_t parent) {
+// Turns the forked child into another program, by calls that are safe while other threads hold locks.
+[[noreturn]] void become(char* const* words, bool self, int folder, const std::array<int, 3>& files) {
     constexpr int kNoProgram = 127;
-    ::setpgid(0, 0);
-    ::prctl(PR_SET_PDEATHSIG, SIGTERM);
-    if (::getppid() != parent) ::_exit(kNoProgram);  // the parent has ended already
-    ::dup2(::open("/dev/null", O_RDONLY | O_CLOEXEC), STDIN_FILENO);
-    ::dup2(output, STDOUT_FILENO);
-    ::dup2(output, STDERR_FILENO);
-    ::execv("/proc/self/exe", words.data());
+    // SIGINT and SIGTERM stop it, even if this thread (one of a library's, say) blocks or ignores them.
+    sigset_t none;
+    ::sigemptyset(&none);
+    ::sigprocmask(SIG_SETMASK, &none, nullptr);
+    for (const int signal : {SIGINT, SIGTERM}) ::signal(signal, SIG_DFL);
+    if (folder >= 0 && ::fchdir(folder) != 0) ::_exit(kNoProgram);
+    for (int k = 0; k < 3; ++k) ::dup2(files[static_cast<std::size_t>(k)], k);
+    ::closefrom(3);
+    if (!self) ::execvp(words[0], words);
+    if (!self) ::_exit(kNoProgram);
+    ::execv("/proc/self/exe", words);
     // Reached where /proc is not mounted. The kernel gives the address of the program's name as a number.
     const auto* name =
         reinterpret_cast<const char*>(::getauxval(AT_EXECFN));  // NOLINT(performance-no-int-to-ptr)
-    ::execv(name, words.data());
+    ::execv(name, words);
     ::_exit(kNoProgram);
 }
 
-std::string text_of(int file) {
-    constexpr std::size_t kMost = 1 << 16;  // bytes at the end
+std::string text_of(int file, std::size_t most) {
     const off_t size = ::lseek(file, 0, SEEK_END);
     if (size <= 0) return {};
-    std::string text(std::min<std::size_t>(static_cast<std::size_t>(size), kMost), '\0');
+    std::string text(std::min<std::size_t>(static_cast<std::size_t>(size), most), '\0');
     const ssize_t read = ::pread(file, text.data(), text.size(), size - static_cast<off_t>(text.size()));
     text.resize(read > 0 ? static_cast<std::size_t>(read) : 0);
     return text;
@@ -183,52 +185,55 @@ void limit_threads(int count) {
                                                   static_cast<std::size_t>(count));
 }
 
-ChildProcess::ChildProcess(const std::vector<std::string>& arguments) {
-    std::vector<std::string> texts{"sidewall"};
-    texts.insert(texts.end(), arguments.begin(), arguments.end());
-    std::vector<char*> words;
-    words.reserve(texts.size() + 1);
-    for (std::string& text : texts) words.push_back(text.data());
-    words.push_back(nullptr);
-    output_ = ::memfd_create("sidewall", MFD_CLOEXEC);
-    const pid_t parent = ::getpid();
-    process_ = output_ < 0 ? -1 : ::fork();
-    if (process_ == 0) become(words, output_, parent);
+pid_t start_process(std::vector<std::string> words, int folder, const std::array<int, 3>& files,
+                    bool outlive) {
+    std::vector<char*> pointers;
+    pointers.reserve(words.size() + 1);
+    for (std::string& word : words) pointers.push_back(word.data());
+    pointers.push_back(nullptr);
+    const bool self = words.front() == "sidewall";
+    const pid_t parent = ::getpid(), process = ::fork();
+    if (process != 0) return process;
+    if (outlive) {
+        ::setsid();
+    } else {
+        ::setpgid(0, 0);
+        ::prctl(PR_SET_PDEATHSIG, SIGTERM);
+        if (::getppid() != parent) ::_exit(1);  // the parent has ended already
+    }
+    become(pointers.data(), self, folder, files);
+}
+
+ChildProcess::ChildProcess(std::vector<std::string> arguments, int folder, const std::string& input) {
+    arguments.insert(arguments.begin(), "sidewall");
+    for (int& file : files_) file = ::memfd_create("sidewall", MFD_CLOEXEC);
+    if (files_[2] >= 0 && ::write(files_[0], input.data(), input.size()) == std::ssize(input) &&
+        ::lseek(files_[0], 0, SEEK_SET) == 0)
+        process_ = start_process(std::move(arguments), folder, files_, false);
     if (process_ > 0) return;
     const std::string reason = std::strerror(errno);
-    if (output_ >= 0) ::close(output_);
+    for (const int file : files_) ::close(file);
     throw NumericsError("cannot start a process: {}; use fewer --jobs", reason);
 }
 
-ChildProcess::ChildProcess(ChildProcess&& other) noexcept
-    : process_(std::exchange(other.process_, -1)), output_(std::exchange(other.output_, -1)) {}
-
-ChildProcess& ChildProcess::operator=(ChildProcess&& other) noexcept {
-    std::swap(process_, other.process_);
-    std::swap(output_, other.output_);
-    return *this;
-}
-
 ChildProcess::~ChildProcess() {
-    if (process_ > 0) {
-        ask_to_stop();
-        while (::waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
-        }
+    stop(SIGTERM);
+    while (process_ > 0 && ::waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
     }
-    if (output_ >= 0) ::close(output_);
+    for (const int file : files_) ::close(file);
 }
 
-std::optional<ProcessEnd> ChildProcess::end() {
+std::optional<ProcessEnd> ChildProcess::end(std::size_t most) {
     int status = 0;
     if (process_ <= 0 || ::waitpid(process_, &status, WNOHANG) != process_) return std::nullopt;
     process_ = -1;
     constexpr int kSignalled = 128;
     return ProcessEnd{WIFEXITED(status) ? WEXITSTATUS(status) : kSignalled + WTERMSIG(status),
-                      text_of(output_)};
+                      text_of(files_[1], most), text_of(files_[2], most)};
 }
 
-void ChildProcess::ask_to_stop() const {
-    if (process_ > 0) ::kill(process_, SIGTERM);
+void ChildProcess::stop(int signal) const {
+    if (process_ > 0) ::kill(process_, signal);
 }
 
 }  // namespace sidewall::app

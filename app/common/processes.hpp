@@ -1,5 +1,6 @@
 #pragma once
 #include <sys/types.h>
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -54,32 +55,41 @@ void limit_threads(int count);
 
 /// How a process ended.
 struct ProcessEnd {
-    int exit_code = 0;   ///< 128 plus its number if a signal ended it
-    std::string output;  ///< the end, up to 64 KiB, of its standard output and error
+    int exit_code = 0;     ///< 128 plus its number if a signal ended it
+    std::string output;    ///< the end of its standard output
+    std::string messages;  ///< the end of its standard error
 };
 
-/// A child process that runs this program with other arguments. Its standard input is empty, Ctrl-C at the
-/// terminal does not reach it, and it gets SIGTERM when its parent ends for any reason (Linux).
+/// Starts a program: the name `sidewall` in \p words is this one.
+/// \param folder   descriptor of its working folder; negative: that of this process.
+/// \param files    descriptors that become its standard input, output and error; no other stays open.
+/// \param outlive  it gets a session of its own; else SIGTERM when its parent ends for any reason (Linux).
+/// \returns its process number; negative, with errno, if the system refuses one.
+pid_t start_process(std::vector<std::string> words, int folder, const std::array<int, 3>& files,
+                    bool outlive);
+
+/// A child process that runs this program with other arguments. Ctrl-C at the terminal does not reach it.
 class ChildProcess {
   public:
     /// \param arguments  without the program's name.
+    /// \param folder     as in start_process().
+    /// \param input      its standard input.
     /// \throws NumericsError if the system refuses a process.
-    explicit ChildProcess(const std::vector<std::string>& arguments);
+    explicit ChildProcess(std::vector<std::string> arguments, int folder = -1, const std::string& input = "");
     /// Sends SIGTERM if it still runs, and waits for its end.
     ~ChildProcess();
-    ChildProcess(ChildProcess&& other) noexcept;
-    ChildProcess& operator=(ChildProcess&& other) noexcept;
     ChildProcess(const ChildProcess&) = delete;
     ChildProcess& operator=(const ChildProcess&) = delete;
 
     /// How it ended, once: nothing while it runs and at later calls.
-    std::optional<ProcessEnd> end();
-    /// Sends SIGTERM.
-    void ask_to_stop() const;
+    /// \param most  bytes of each of its outputs that are returned.
+    std::optional<ProcessEnd> end(std::size_t most = 1 << 16);
+    /// Sends a signal.
+    void stop(int signal) const;
 
   private:
-    pid_t process_ = -1;  // -1: its end is known
-    int output_ = -1;     // file in memory that gets its output
+    pid_t process_ = -1;                    // -1: its end is known
+    std::array<int, 3> files_{-1, -1, -1};  // files in memory with its input and outputs
 };
 
 }  // namespace sidewall::app

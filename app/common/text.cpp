@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/case_conv.hpp>
 #include <boost/algorithm/string/replace.hpp>
 #include <boost/algorithm/string/split.hpp>
 #include <cctype>
@@ -50,7 +51,7 @@ std::vector<std::string> fields_of(std::string_view row, char delimiter) {
 // The delimiter that a row such as `sep=;`, which Excel writes before a table, names; 0 for other rows.
 char delimiter_in(std::string row) {
     std::erase(row, '"');
-    for (char& c : row) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    boost::to_lower(row);
     const bool names = row.size() == 5 && row.starts_with("sep=") &&
                        std::string_view(",;\t").find(row[4]) != std::string_view::npos;
     return names ? row[4] : '\0';
@@ -58,7 +59,7 @@ char delimiter_in(std::string row) {
 
 // Whether a field begins as a number does, or is nan or infinity: such a field is no heading.
 bool begins_as_number(std::string text) {
-    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    boost::to_lower(text);
     std::string_view rest = text;
     if (rest.starts_with('-') || rest.starts_with('+')) rest.remove_prefix(1);
     if (rest == "nan" || rest == "inf" || rest == "infinity") return true;

@@ -24,7 +24,6 @@
 namespace sidewall::app {
 namespace {
 
-// A method of simplification, with its name in the report.
 struct Method {
     const char* name;
     simplify::Method method;
@@ -181,7 +180,6 @@ Surface grow(int number, const StudyOptions& options, Json& json) {
 constexpr const char* kMean = "/original_to_simplified/mean";
 constexpr const char* kTrace = "/trace/seconds/trace";
 
-// Distances and times as CSV, a row for each method and share of vertices removed.
 std::string study_csv(const Json& study) {
     constexpr std::pair<const char*, const char*> kColumns[]{
         {"vertices", "/vertices"},

@@ -1,6 +1,5 @@
 #include "app/evaluation/validate.hpp"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
@@ -140,7 +139,6 @@ Json reading(const ReferenceFigure& figure, double ours, double coarse, double o
             {"within_bars", std::abs(deviation) <= bars}};
 }
 
-// The chart of a run's profile over the measured one of a row.
 Json profile_chart(const ValidationCase& one, std::size_t row, const fs::path& run) {
     const Recipe recipe = case_recipe(one, {row});
     const MeasuredProfile profile =
@@ -319,10 +317,8 @@ void write_history(const fs::path& file, const Json& validation) {
                 row.size() < 2 ||
                 (row[0] == version() && std::any_of(validation["cases"].begin(), validation["cases"].end(),
                                                     [&](const Json& one) { return one["name"] == row[1]; }));
-            if (again) continue;
-            std::vector<std::string> fields(row.size());
-            std::transform(row.begin(), row.end(), fields.begin(), csv_field);
-            text += fmt::format("{}\n", fmt::join(fields, ","));
+            for (std::size_t k = 0; k < row.size() && !again; ++k)
+                text += csv_field(row[k]) + (k + 1 < row.size() ? "," : "\n");
         }
     }
     for (const Json& one : validation["cases"])

@@ -1,11 +1,9 @@
 #include "app/evaluation/validate_cases.hpp"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <tuple>
 
 #include "app/common/files.hpp"

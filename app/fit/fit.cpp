@@ -1,6 +1,5 @@
 #include "app/fit/fit.hpp"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
@@ -30,7 +29,6 @@ namespace {
 
 constexpr const char* kFile = "fit.json";
 
-// One of the recipes that are fitted together.
 struct FitRecipe {
     std::string label;      // empty if it is the only one
     const FitOptions& all;  // options of the fit, as the user wrote them
@@ -44,7 +42,6 @@ struct FitRecipe {
     std::vector<std::size_t> numbers;  // run numbers of these
 };
 
-// A fit under way.
 struct Fit {
     const FitOptions& options;
     std::vector<FitRecipe> parts;
@@ -69,6 +66,34 @@ void require_ranges(const std::vector<Vary>& varied) {
         if (!vary.is_range() || vary.count)
             throw RecipeError("--vary {}: a fit needs bounds alone: {}=LOW:HIGH or {}=LOW:HIGH:log", vary.key,
                               vary.key, vary.key);
+    }
+}
+
+// An error message about one recipe in which targets, keys and settings have the label that the user wrote
+// before them. A message about something that all recipes share gets the label in front.
+std::string with_label(const std::string& message, const std::string& label, const FitOptions& options) {
+    if (label.empty()) return message;
+    for (const auto& [option, texts] :
+         {std::pair("--target-profile", &options.profiles), std::pair("--target", &options.targets),
+          std::pair("--vary", &options.vary), std::pair("--set", &options.overrides)}) {
+        const std::string start = std::string(option) + " ", missing = std::string(option) + ": missing";
+        if (message.starts_with(missing))
+            return fmt::format("{} for {}{}", missing, label, message.substr(missing.size()));
+        if (!message.starts_with(start)) continue;
+        const std::string rest = message.substr(start.size());
+        const std::string name = rest.substr(0, rest.find_first_of("=@: "));
+        for (const std::string& text : *texts)
+            if (text.starts_with(fmt::format("{}:{}", label, name)))
+                return fmt::format("{}{}:{}", start, label, rest);
+    }
+    return message.starts_with("--") ? label + ": " + message : message;
+}
+
+auto about_recipe(const std::string& label, const FitOptions& options, const auto& read) {
+    try {
+        return read();
+    } catch (const RecipeError& error) {
+        throw RecipeError(with_label(error.what(), label, options));
     }
 }
 
@@ -107,10 +132,9 @@ FitRecipe read_part(const FitOptions& options, const std::vector<std::string>& l
                     std::vector<Vary>& all) {
     FitRecipe part{.label = labels[r], .all = options, .options = options};
     part.options.recipes = {options.recipes[r]};
-    part.options.overrides = own_texts(options.overrides, labels, labels[r]);
-    part.options.vary = own_texts(options.vary, labels, labels[r]);
-    part.options.targets = own_texts(options.targets, labels, labels[r]);
-    part.options.profiles = own_texts(options.profiles, labels, labels[r]);
+    for (const auto texts :
+         {&FitOptions::overrides, &FitOptions::vary, &FitOptions::targets, &FitOptions::profiles})
+        part.options.*texts = own_texts(options.*texts, labels, labels[r]);
     const Recipe base = load_recipe(options.recipes[r], part.options.overrides);
     part.text = surface::read_whole_file(options.recipes[r]);
     part.length_unit = base.domain.length_unit;
@@ -311,7 +335,6 @@ FitSearch find(Fit& fit) {
     }
 }
 
-// Writes the best recipes, and the profiles of their runs beside the measured ones.
 void write_best(const Fit& fit, const FitEnd& end) {
     const fs::path& folder = fit.options.output;
     for (const FittedRecipe& fitted : end.recipes) {

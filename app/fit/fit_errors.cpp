@@ -21,7 +21,6 @@ VectorXd significant(const VectorXd& direction) {
     return (direction.array().abs() < kPart).select(0.0, direction);
 }
 
-// A variance, and the degrees of freedom of its estimate.
 struct Estimate {
     double variance = 0.0, degrees = kInfinity;
 };
@@ -35,7 +34,6 @@ double half_interval(const Estimate& a, const Estimate& b) {
     return student_quantile(1.0 / inverse) * std::sqrt(sum);
 }
 
-// The simulation's noise in the residuals of a run.
 struct SimulationNoise {
     MatrixXd along;     // the components that parameters can absorb: the product with the transpose is
                         // their covariance

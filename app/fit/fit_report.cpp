@@ -1,6 +1,5 @@
 #include "app/fit/fit_report.hpp"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>

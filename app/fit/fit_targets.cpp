@@ -158,22 +158,4 @@ void require_labels(const char* option, const std::vector<std::string>& texts,
         }
 }
 
-std::string with_label(const std::string& message, const std::string& label, const FitOptions& options) {
-    if (label.empty()) return message;
-    for (const auto& [option, texts] :
-         {std::pair("--target-profile", &options.profiles), std::pair("--target", &options.targets),
-          std::pair("--vary", &options.vary), std::pair("--set", &options.overrides)}) {
-        const std::string start = std::string(option) + " ", missing = std::string(option) + ": missing";
-        if (message.starts_with(missing))
-            return fmt::format("{} for {}{}", missing, label, message.substr(missing.size()));
-        if (!message.starts_with(start)) continue;
-        const std::string rest = message.substr(start.size());
-        const std::string name = rest.substr(0, rest.find_first_of("=@: "));
-        for (const std::string& text : *texts)
-            if (text.starts_with(fmt::format("{}:{}", label, name)))
-                return fmt::format("{}{}:{}", start, label, rest);
-    }
-    return message.starts_with("--") ? label + ": " + message : message;
-}
-
 }  // namespace sidewall::app

@@ -70,17 +70,4 @@ std::vector<std::string> own_texts(const std::vector<std::string>& texts,
 void require_labels(const char* option, const std::vector<std::string>& texts,
                     const std::vector<std::string>& labels);
 
-/// An error message about one recipe in which targets, keys and settings have the label that the user wrote
-/// before them. A message about something that all recipes share gets the label in front.
-std::string with_label(const std::string& message, const std::string& label, const FitOptions& options);
-
-/// Calls \p read and puts the label into the message of a RecipeError, as with_label does.
-auto about_recipe(const std::string& label, const FitOptions& options, const auto& read) {
-    try {
-        return read();
-    } catch (const RecipeError& error) {
-        throw RecipeError(with_label(error.what(), label, options));
-    }
-}
-
 }  // namespace sidewall::app

@@ -21,7 +21,6 @@ void add_simulation(py::module_& module);
 
 namespace {
 
-// Registers the Python class for a C++ exception type.
 template <class Kind>
 py::object add_exception(py::module_& module, const char* name, const py::object& bases, const char* doc) {
     py::object type = py::register_exception<Kind>(module, name, bases);

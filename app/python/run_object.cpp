@@ -176,7 +176,6 @@ std::shared_ptr<app::Recipe> Simulation::as_run(std::shared_ptr<app::Recipe> rec
     return in_space;
 }
 
-// The body of the run's thread.
 void Simulation::run() {
     std::exception_ptr error;
     try {

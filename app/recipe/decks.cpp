@@ -1,6 +1,5 @@
 #include "app/recipe/decks.hpp"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
@@ -34,6 +33,33 @@ std::string meant(std::string_view word) {
     return id ? default_materials()[static_cast<std::size_t>(*id)].name : std::string(word);
 }
 
+Deck read_deck(const fs::path& file) {
+    Deck deck{.name = file.stem().string(), .file = file};
+    deck.tables = parse_toml(surface::read_whole_file(file), file.string());
+    std::vector<Key> keys{{"title", &deck.title, "", "what it is for", required()},
+                          {"holds", &deck.holds, "", ""},
+                          {"sources", &deck.sources, "", ""}};
+    append_keys(keys, unit_keys(deck.units));
+    std::vector<std::string> notes;
+    const Reading reading{default_materials(), notes};
+    read_keys(deck.tables, "chemistry", "a chemistry", keys, reading, {"range", "expected", "step"});
+    const toml::table* step = deck.tables["step"].as_table();
+    if (step == nullptr) fail_missing(deck.tables, "step", "missing: [step] holds the model and its keys");
+    if (const toml::node* nested = step->get("chemistry"))
+        fail(*nested, "step.chemistry", "a chemistry names no other");
+    const toml::node* range = deck.tables.get("range");
+    if (range != nullptr && !range->is_table()) fail(*range, "range", "must be a table: KEY = [from, to]");
+    for (const auto& [name, ends] : range != nullptr ? *range->as_table() : toml::table()) {
+        std::vector<double> pair;
+        read_key(*range->as_table(), "range", {std::string(name.str()), &pair, "", "", sized(2)}, reading);
+        if (!(pair.at(0) <= pair.at(1))) fail(ends, fmt::format("range.{}", name.str()), "must rise");
+    }
+    read_key(*step, "step", {"model", &deck.model, "", "", one_of(model_names())}, reading);
+    if (deck.model.empty())
+        fail_missing(*step, "step.model", "missing: name a model that `sidewall models` lists");
+    return deck;
+}
+
 fs::path file_of_deck(const toml::node& node, const std::string& path, const std::string& recipe) {
     const auto* text = node.as_string();
     if (text == nullptr) fail(node, path, "must be a string, in quotes");
@@ -47,13 +73,11 @@ fs::path file_of_deck(const toml::node& node, const std::string& path, const std
                         : shipped() / (text->get() + ".toml");
     std::error_code failure;
     if ((own || plain) && fs::is_regular_file(file, failure)) return file;
-    if (own)
-        fail(node, path, fmt::format("no such file: {}; the name is relative to the recipe", file.string()));
+    if (own) fail(node, path, "no such file: {}; the name is relative to the recipe", file.string());
     std::vector<std::string> names;
     for (const Deck& deck : shipped_decks()) names.push_back(deck.name);
-    fail(node, path,
-         fmt::format("no chemistry has that name{}; a file of your own ends with .toml",
-                     deck_advice(text->get(), names)));
+    fail(node, path, "no chemistry has that name{}; a file of your own ends with .toml",
+         deck_advice(text->get(), names));
 }
 
 // Moves to \p own what it lacks from \p deck, in tables by material too. A table with `default` replaces the
@@ -92,9 +116,8 @@ void use_decks(toml::table& parent, const char* key, const std::string& path, co
         Use use{here, read_deck(file_of_deck(*named, here + ".chemistry", recipe))};
         const toml::node* model = step->get("model");
         if (model != nullptr && model->value<std::string>() != use.deck.model)
-            fail(*model, here + ".model",
-                 fmt::format("chemistry {} is of model \"{}\": name that, or another chemistry",
-                             use.deck.name, use.deck.model));
+            fail(*model, here + ".model", "chemistry {} is of model \"{}\": name that, or another chemistry",
+                 use.deck.name, use.deck.model);
         fill(*step, *use.deck.tables["step"].as_table());
         // Marks the step as filled; a later override may set another deck.
         step->insert_or_assign("chemistry", true);
@@ -290,33 +313,6 @@ void fit_deck(toml::table& root, const Use& use, std::vector<std::string>& notes
 }
 
 }  // namespace
-
-Deck read_deck(const fs::path& file) {
-    Deck deck{.name = file.stem().string(), .file = file};
-    deck.tables = parse_toml(surface::read_whole_file(file), file.string());
-    std::vector<Key> keys{{"title", &deck.title, "", "what it is for", required()},
-                          {"holds", &deck.holds, "", ""},
-                          {"sources", &deck.sources, "", ""}};
-    append_keys(keys, unit_keys(deck.units));
-    std::vector<std::string> notes;
-    const Reading reading{default_materials(), notes};
-    read_keys(deck.tables, "chemistry", "a chemistry", keys, reading, {"range", "expected", "step"});
-    const toml::table* step = deck.tables["step"].as_table();
-    if (step == nullptr) fail_missing(deck.tables, "step", "missing: [step] holds the model and its keys");
-    if (const toml::node* nested = step->get("chemistry"))
-        fail(*nested, "step.chemistry", "a chemistry names no other");
-    const toml::node* range = deck.tables.get("range");
-    if (range != nullptr && !range->is_table()) fail(*range, "range", "must be a table: KEY = [from, to]");
-    for (const auto& [name, ends] : range != nullptr ? *range->as_table() : toml::table()) {
-        std::vector<double> pair;
-        read_key(*range->as_table(), "range", {std::string(name.str()), &pair, "", "", sized(2)}, reading);
-        if (!(pair.at(0) <= pair.at(1))) fail(ends, fmt::format("range.{}", name.str()), "must rise");
-    }
-    read_key(*step, "step", {"model", &deck.model, "", "", one_of(model_names())}, reading);
-    if (deck.model.empty())
-        fail_missing(*step, "step.model", "missing: name a model that `sidewall models` lists");
-    return deck;
-}
 
 std::vector<Deck> shipped_decks() {
     std::vector<Deck> decks;

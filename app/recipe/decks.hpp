@@ -20,11 +20,8 @@ struct Deck {
     toml::table tables;  ///< the whole file: step (keys), range (in which its sources hold), expected
 };
 
-/// \throws FileError, RecipeError naming file and line.
-Deck read_deck(const std::filesystem::path& file);
-
 /// The decks shipped with the program, by name.
-/// \throws as read_deck.
+/// \throws FileError, RecipeError naming file and line.
 std::vector<Deck> shipped_decks();
 
 /// Advice after an unknown deck's name: the nearest name, if any is near, and all names.

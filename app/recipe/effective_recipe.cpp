@@ -15,8 +15,8 @@ namespace {
 
 // Takes a copy of the section, because keys point to writable members.
 template <class Section>
-std::string keys_text(Section section, const DomainSection& units) {
-    std::string text;
+std::string section_text(const std::string& header, Section section, const DomainSection& units) {
+    std::string text = fmt::format("\n{}\n", header);
     for (const Key& key : keys_of(section)) {
         const auto value = toml_text(key);
         if (!value) continue;
@@ -26,11 +26,6 @@ std::string keys_text(Section section, const DomainSection& units) {
         text += "\n";
     }
     return text;
-}
-
-template <class Section>
-std::string section_text(const std::string& header, const Section& section, const DomainSection& units) {
-    return fmt::format("\n{}\n{}", header, keys_text(section, units));
 }
 
 // Adds the materials that a key's value names, and other strings.
@@ -45,14 +40,6 @@ void collect(const Key& key, std::set<std::string>& names) {
         names.insert((*list)->begin(), (*list)->end());
 }
 
-void collect(const std::vector<Step>& steps, std::set<std::string>& names) {
-    for (const Step& step : steps) {
-        each_key(model_keys(step), [&](const Key& key, const std::string&) { collect(key, names); });
-        names.insert(step.stop_material);
-        collect(step.steps, names);
-    }
-}
-
 // Tables of the materials that the recipe names or that differ from the built-in ones, by ascending id.
 std::string materials_text(const Recipe& recipe) {
     std::set<std::string> named;
@@ -60,7 +47,10 @@ std::string materials_text(const Recipe& recipe) {
         named.insert(layer.material);
         named.insert(layer.materials.begin(), layer.materials.end());
     }
-    collect(recipe.steps, named);
+    each_step(recipe.steps, [&](const Step& step, const std::string&) {
+        each_key(model_keys(step), [&](const Key& key, const std::string&) { collect(key, named); });
+        named.insert(step.stop_material);
+    });
     const Materials& built_in = default_materials();
     std::string text;
     for (std::size_t id = 0; id < recipe.materials.size(); ++id) {

@@ -1,13 +1,9 @@
 #include "app/recipe/figure_names.hpp"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
-#include <optional>
 #include <utility>
-#include <vector>
 
 #include "app/common/text.hpp"
 #include "app/recipe/recipe_domain.hpp"
@@ -109,8 +105,24 @@ int bare_material(const Recipe& recipe, const std::string& name) {
               did_you_mean(": ", material, material_names(recipe.materials), "; name one of the wafer's"));
 }
 
-[[noreturn]] void refuse(const Recipe& recipe, const std::string& name, const std::string& option) {
-    throw RecipeError("{} {}: no run measures that{}", option, name, nearest_figure(recipe, name));
+// End of a message on an unknown figure: `; did you mean NAME?`, or where to find the names.
+std::string nearest_figure(const Recipe& recipe, const std::string& name) {
+    std::vector<std::string> known = measure_names();
+    for (const auto& [word, figures] : kFigures) known.insert(known.end(), figures.begin(), figures.end());
+    const auto always = figures_of_all(recipe);
+    known.insert(known.end(), always.begin(), always.end());
+    // Names with a place get the place asked for, or 0.5; those with a material get each material.
+    const std::size_t at = name.rfind("_at_");
+    const auto number = at == std::string::npos ? std::nullopt : finite_number(name.substr(at + 4));
+    const std::string place = fmt::format("_at_{:g}", number.value_or(0.5));
+    for (const Form& form : kForms) {
+        const std::string end = form.place ? place : "";
+        if (!form.material) known.push_back(form.prefix + end);
+        for (std::size_t m = 0; form.material && m < recipe.materials.size(); ++m)
+            known.push_back(fmt::format("{}_{}{}", form.prefix, recipe.materials[m].name, end));
+    }
+    std::erase(known, name);  // the refused name may be of a known form
+    return did_you_mean(": ", name, known, "; see sidewall models metrology");
 }
 
 }  // namespace
@@ -138,25 +150,6 @@ std::optional<std::string> word_of(const Recipe& recipe, const std::string& figu
         return named->kind == FigureKind::opening ? "cd" : figure;
     if (contains(figures_of_all(recipe), figure)) return "";
     return std::nullopt;  // a word that stands for several figures is no figure
-}
-
-std::string nearest_figure(const Recipe& recipe, const std::string& name) {
-    std::vector<std::string> known = measure_names();
-    for (const auto& [word, figures] : kFigures) known.insert(known.end(), figures.begin(), figures.end());
-    const auto always = figures_of_all(recipe);
-    known.insert(known.end(), always.begin(), always.end());
-    // Names with a place get the place asked for, or 0.5; those with a material get each material.
-    const std::size_t at = name.rfind("_at_");
-    const auto number = at == std::string::npos ? std::nullopt : finite_number(name.substr(at + 4));
-    const std::string place = fmt::format("_at_{:g}", number.value_or(0.5));
-    for (const Form& form : kForms) {
-        const std::string end = form.place ? place : "";
-        if (!form.material) known.push_back(form.prefix + end);
-        for (std::size_t m = 0; form.material && m < recipe.materials.size(); ++m)
-            known.push_back(fmt::format("{}_{}{}", form.prefix, recipe.materials[m].name, end));
-    }
-    std::erase(known, name);  // the refused name may be of a known form
-    return did_you_mean(": ", name, known, "; see sidewall models metrology");
 }
 
 bool is_roughness(const std::string& figure) {
@@ -229,13 +222,10 @@ StopRule stop_rule(const Recipe& recipe, const std::string& text) {
     return {name, text[sign] == '>', *value};
 }
 
-bool is_figure(const Recipe& recipe, const std::string& name) {
-    return word_of(recipe, name).has_value();
-}
-
 void want_measure(Recipe& recipe, const std::string& name, const std::string& option) {
     const auto wanted = contains(measure_names(), name) ? std::optional(name) : word_of(recipe, name);
-    if (!wanted) refuse(recipe, name, option);
+    if (!wanted)
+        throw RecipeError("{} {}: no run measures that{}", option, name, nearest_figure(recipe, name));
     if (!wanted->empty()) add_once(recipe.metrology.measures, *wanted);
     if (const auto figure = named_figure(name, recipe.materials)) {
         if (figure->kind == FigureKind::opening) add_once(recipe.metrology.cd_depths, figure->at);
@@ -252,7 +242,7 @@ void want_measure(Recipe& recipe, const std::string& name, const std::string& op
 void want_figure(Recipe& recipe, const std::string& name, const std::string& option,
                  const std::string& text) {
     want_measure(recipe, name, option);
-    if (is_figure(recipe, name)) return;
+    if (word_of(recipe, name)) return;
     throw RecipeError("{} {}: {} stands for several figures: name one, e.g. {}", option, text, name,
                       name == "film" ? "film_side"
                       : name == "cd" ? "cd_at_0.5"

@@ -46,9 +46,6 @@ bool is_roughness(const std::string& figure);
 /// \throws KeyError of \p key with the nearest name.
 void require_measure(const Recipe& recipe, const std::string& name, const std::string& key);
 
-/// End of a message on an unknown figure: `; did you mean NAME?`, or where to find the names.
-std::string nearest_figure(const Recipe& recipe, const std::string& name);
-
 /// A stop condition: the step ends once a figure is above or below a value.
 struct StopRule {
     std::string figure;
@@ -74,9 +71,6 @@ StopRule stop_rule(const Recipe& recipe, const std::string& text);
 /// \param option  the option with the name, for messages.
 /// \throws RecipeError with the nearest name for what no run measures.
 void want_measure(Recipe& recipe, const std::string& name, const std::string& option);
-
-/// Whether \p name is one figure, not a word that stands for several.
-bool is_figure(const Recipe& recipe, const std::string& name);
 
 /// Makes \p recipe measure one figure, as want_measure does.
 /// \param text  the option's value, for messages.

@@ -131,11 +131,10 @@ void check_taper(const Layer& layer, const Walls& walls, const levelset::Domain&
     constexpr double kSharp = 1e-3;  // relative tolerance for walls that are meant to meet exactly at the end
     const char* extent = layer.shape == "trench" || layer.shape == "hole" ? "depth" : "height";
     if (slope * walls.length > (1.0 + kSharp) * half)
-        throw KeyError(
-            "taper_deg",
-            fmt::format("the walls meet at a {0} of {1:.4g}, before the {2:.4g} asked for: use a "
-                        "taper of at most {3:.4g} degrees, or a {0} of at most {1:.4g}",
-                        extent, half / slope, walls.length, std::atan(half / walls.length) / degree));
+        raise_key("taper_deg",
+                  "the walls meet at a {0} of {1:.4g}, before the {2:.4g} asked for: use a "
+                  "taper of at most {3:.4g} degrees, or a {0} of at most {1:.4g}",
+                  extent, half / slope, walls.length, std::atan(half / walls.length) / degree);
     if (slope < 0.0 && covers(layer, walls, -slope * walls.length, domain))
         raise_key("taper_deg",
                   "the walls lean out so far that the {} covers the whole domain "
@@ -174,10 +173,10 @@ void check_thickness(const Layer& layer, const Walls& walls, const levelset::Dom
     const double cells = walls.length / domain.spacing * (1.0 + kRounding);
     const std::string finer = fmt::format("use a grid_spacing of {:.2g} or less", walls.length / kGoodCells);
     if (cells < kFewestCells)
-        throw KeyError(key,
-                       fmt::format("the {} is only {:.3g} cells high, and the grid loses shapes under {:g} "
-                                   "cells: {}",
-                                   layer.shape, cells, kFewestCells, finer));
+        raise_key(key,
+                  "the {} is only {:.3g} cells high, and the grid loses shapes under {:g} "
+                  "cells: {}",
+                  layer.shape, cells, kFewestCells, finer);
     if (cells < kGoodCells)
         notes.push_back(fmt::format(
             "{}.{}: the {} is {:.3g} cells high: under {:g} its corners and fluxes are coarse; {}", path, key,
@@ -204,9 +203,7 @@ void check_edges(const Layer& layer) {
     const double most = std::min(narrowest * std::cos(angle) / (1.0 + sine * sine),
                                  layer.height / (layer.subtract ? 2.0 : 1.0));
     if (layer.radius >= most)
-        throw KeyError(
-            "radius",
-            fmt::format("the edges are rounder than the box is wide or high; use less than {:.4g}", most));
+        raise_key("radius", "the edges are rounder than the box is wide or high; use less than {:.4g}", most);
 }
 
 // Checks that a mesh lies within \p most of z = 0 and meets the domain.
@@ -219,11 +216,10 @@ void check_mesh_place(const Box3& bounds, const levelset::Domain& domain, double
     for (std::size_t axis = 0; axis < 2; ++axis) {
         const auto a = static_cast<Eigen::Index>(axis);
         if (bounds.max[a] <= domain.min[axis] || bounds.min[a] >= domain.max[axis])
-            throw KeyError(
-                "file",
-                fmt::format("the mesh lies from {} = {:g} to {:g}, outside the domain's {:g} to "
-                            "{:g}; check its unit and place",
-                            "xy"[axis], bounds.min[a], bounds.max[a], domain.min[axis], domain.max[axis]));
+            raise_key("file",
+                      "the mesh lies from {} = {:g} to {:g}, outside the domain's {:g} to "
+                      "{:g}; check its unit and place",
+                      "xy"[axis], bounds.min[a], bounds.max[a], domain.min[axis], domain.max[axis]);
     }
 }
 

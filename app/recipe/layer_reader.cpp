@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
 
 #include "app/recipe/layer_checks.hpp"
 #include "app/recipe/layers.hpp"
@@ -85,10 +84,10 @@ void place_layer(Layer& layer, bool first, double& top, const std::filesystem::p
 void check_height(const Layer& layer, double top, double spacing) {
     const auto check = [&](const char* key, double z) {
         if (std::abs(z) > kMostCells * spacing)
-            throw KeyError(
-                key, fmt::format("reaches {:.3g} cells from z = 0, over {:g}; check the unit or use a larger "
-                                 "grid_spacing",
-                                 std::abs(z) / spacing, kMostCells));
+            raise_key(key,
+                      "reaches {:.3g} cells from z = 0, over {:g}; check the unit or use a larger "
+                      "grid_spacing",
+                      std::abs(z) / spacing, kMostCells);
     };
     check(layer.shape == "stack" ? "thicknesses" : "top", layer.top.value_or(top));
     check("depth", layer.depth.value_or(0.0));

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 #include <map>
 
 #include "app/common/interrupt.hpp"
@@ -52,24 +51,23 @@ levelset::Shape shape_of(const Layer& layer, const Recipe& recipe) {
         {"mask", levelset::ShapeKind::mask},     {"polygons", levelset::ShapeKind::mask},
         {"sphere", levelset::ShapeKind::sphere}, {"cylinder", levelset::ShapeKind::cylinder},
         {"gap", levelset::ShapeKind::gap},       {"profile", levelset::ShapeKind::profile}};
-    constexpr double kThrough = kInfinity;
     levelset::Shape shape;
     shape.kind = kinds.at(layer.shape);
     shape.top = layer.top.value_or(0.0);
     shape.position = layer.position;
     shape.width = layer.width;
     shape.radius = layer.radius;
-    shape.depth = layer.depth.value_or(kThrough);
+    shape.depth = layer.depth.value_or(kInfinity);
     shape.height = layer.height;
     shape.size = layer.size;
     shape.taper_deg = layer.taper_deg;
     shape.file = layer.file;
     shape.openings = layer.openings;
     shape.subtract = layer.subtract;
-    shape.base = layer.base.value_or(-kThrough);
+    shape.base = layer.base.value_or(-kInfinity);
     shape.centre_z = layer.z.value_or(0.0);
-    shape.length = layer.length.value_or(kThrough);
-    if (layer.shape == "gap") shape.width = layer.span.value_or(kThrough);
+    shape.length = layer.length.value_or(kInfinity);
+    if (layer.shape == "gap") shape.width = layer.span.value_or(kInfinity);
     shape.axis = layer.axis[0] - 'x';
     shape.revolved = layer.sweep == "revolution";
     if (layer.shape == "profile") shape.profile = read_profile(layer.file, recipe.domain.length_unit).points;
@@ -89,7 +87,6 @@ std::vector<Key> outline_keys(Outline& outline) {
              "x and y of the first corner, of the second, and so on around the outline", required()}};
 }
 
-// Adds the keys of outlines, listed or in a layout file.
 void add_polygons(Layer& layer, std::vector<Key>& list) {
     list.push_back({"polygons", table_list(layer.polygons, outline_keys), "",
                     "outlines seen from above, which must not cross or lie in one another; or give a file"});
@@ -298,8 +295,7 @@ std::vector<levelset::Polygon> check_print(const Layer& layer, const std::vector
     const double longest = std::max(domain.max[0] - domain.min[0], domain.max[1] - domain.min[1]);
     for (std::size_t k = 0; k < blur->sigmas.size(); ++k)
         if (blur->sigmas[k] > longest)
-            throw KeyError(fmt::format("blur[{}]", k),
-                           fmt::format("is longer than the domain, {:g}; check the unit", longest));
+            raise_key(fmt::format("blur[{}]", k), "is longer than the domain, {:g}; check the unit", longest);
     levelset::ResistContours printed;
     try {
         printed = levelset::resist_contours(placed, *blur, domain, interrupted);
@@ -309,16 +305,15 @@ std::vector<levelset::Polygon> check_print(const Layer& layer, const std::vector
     }
     const double threshold = blur->threshold;
     if (printed.most <= threshold)
-        throw KeyError(
-            "blur",
-            fmt::format("nothing prints: the blurred outlines reach {:.3g} at most, below the threshold "
-                        "of {:g}; use less blur, or a lower blur_threshold",
-                        printed.most, threshold));
+        raise_key("blur",
+                  "nothing prints: the blurred outlines reach {:.3g} at most, below the threshold "
+                  "of {:g}; use less blur, or a lower blur_threshold",
+                  printed.most, threshold);
     if (printed.least > threshold)
-        throw KeyError(
-            "blur", fmt::format("everything prints: blurred, the outlines leave {:.3g} at least, above the "
-                                "threshold of {:g}; use less blur, or a higher blur_threshold",
-                                printed.least, threshold));
+        raise_key("blur",
+                  "everything prints: blurred, the outlines leave {:.3g} at least, above the "
+                  "threshold of {:g}; use less blur, or a higher blur_threshold",
+                  printed.least, threshold);
     if (!printed.lost.empty()) {
         const levelset::Polygon& first = placed[printed.lost.front()];
         notes.push_back(fmt::format(

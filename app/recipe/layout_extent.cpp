@@ -115,7 +115,6 @@ DomainSection domain_keys(const toml::table& table, const Reading& reading) {
     return domain;
 }
 
-// Rounds a length up to whole cells.
 double whole_cells(double length, double spacing) {
     return std::max(1.0, std::ceil(length / spacing - kExtentRounding)) * spacing;
 }
@@ -137,11 +136,10 @@ std::vector<Line> lines_of(const std::vector<levelset::Polygon>& polygons) {
     for (const levelset::Polygon& polygon : polygons) {
         const auto require = [&](bool is_line, const char* what) {
             if (!is_line)
-                throw KeyError(
-                    "layer",
-                    fmt::format("holds {} at ({:g}, {:g}): draw each line as a path of two points or a "
-                                "box, at most a quarter as wide as it is long",
-                                what, polygon[0][0], polygon[0][1]));
+                raise_key("layer",
+                          "holds {} at ({:g}, {:g}): draw each line as a path of two points or a "
+                          "box, at most a quarter as wide as it is long",
+                          what, polygon[0][0], polygon[0][1]);
         };
         require(polygon.size() == 4, "a shape that is no straight line");
         std::array<Eigen::Vector2d, 4> p;
@@ -269,10 +267,9 @@ void take_extent_from_layout(toml::table& root, Recipe& recipe) {
     // The advice is based on the layout's size: rounded to whole cells of so large a spacing it grows by far.
     if (std::ceil(longer / domain.grid_spacing - kExtentRounding) < kFewestAlong)
         fail(*table->get("grid_spacing"), "domain.grid_spacing",
-             fmt::format(
-                 "the layout with its padding is {:.4g} {} long: makes a grid of fewer than {} cells, which "
-                 "holds no shape: use a spacing of {:.3g} or less",
-                 longer, domain.length_unit, kFewestAlong, longer / (2.0 * kFewestAlong)));
+             "the layout with its padding is {:.4g} {} long: makes a grid of fewer than {} cells, which "
+             "holds no shape: use a spacing of {:.3g} or less",
+             longer, domain.length_unit, kFewestAlong, longer / (2.0 * kFewestAlong));
     for (std::size_t a = 0; a < 2; ++a) {
         const auto i = static_cast<Eigen::Index>(a);
         size[a] = whole_cells(box.sizes()[i] + around, domain.grid_spacing);

@@ -1,6 +1,5 @@
 #include "app/recipe/node_path.hpp"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>

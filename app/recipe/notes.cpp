@@ -1,11 +1,9 @@
 #include "app/recipe/notes.hpp"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <set>
 
@@ -68,12 +66,10 @@ void note_steps(const Recipe& recipe, std::vector<std::string>& notes) {
     }
 }
 
-constexpr double kEndless = kInfinity;
-
 // Upper bound of an added layer's z, on a flat surface at z = \p flat; infinite for a mesh or profile.
 double highest_of(const Layer& layer, double flat) {
     const std::string& shape = layer.shape;
-    if (shape == "mesh" || shape == "profile") return kEndless;
+    if (shape == "mesh" || shape == "profile") return kInfinity;
     if (shape == "stack") {
         for (const double thickness : layer.thicknesses)
             flat += static_cast<double>(layer.repeat) * thickness;
@@ -90,17 +86,17 @@ double filled_below(const Layer& layer, double highest) {
     const std::string& shape = layer.shape;
     if (shape == "plane" || shape == "stack") return highest;
     if (shape == "fin" || shape == "box") return *layer.top;
-    if (shape == "trench" || shape == "hole") return *layer.top - layer.depth.value_or(kEndless);
-    return -kEndless;
+    if (shape == "trench" || shape == "hole") return *layer.top - layer.depth.value_or(kInfinity);
+    return -kInfinity;
 }
 
 // Layers are united with those below, so a layer that is nowhere higher has no effect.
 void note_hidden_layers(const Recipe& recipe, std::vector<std::string>& notes) {
-    double flat = 0.0, filled = -kEndless;
+    double flat = 0.0, filled = -kInfinity;
     for (std::size_t k = 0; k < recipe.layers.size(); ++k) {
         const Layer& layer = recipe.layers[k];
         if (layer.subtract) {
-            filled = -kEndless;
+            filled = -kInfinity;
             continue;
         }
         const double highest = highest_of(layer, flat), tiny = 1e-9 * recipe.domain.grid_spacing;
@@ -127,20 +123,17 @@ void note_stops(const StepMaterials& here, const Recipe& recipe, std::vector<std
                                     step.stop_material));
 }
 
-// Whether the patterns satisfy \p can_be and the models can be built on a wafer with another domain.
-template <class CanBe>
-bool steps_can_be(const Recipe& recipe, const DomainSection& domain, const CanBe& can_be) {
-    std::set<const Model*> known;  // a loop's cycles share their model
-    return std::ranges::all_of(expanded_steps(recipe), [&](const Step& step) {
-        if (step.built && !known.insert(step.built.get()).second) return true;
-        if (find_model(step.model)->patterned && !can_be(step.pattern)) return false;
-        try {
-            make_model(step, recipe.materials, domain);
-        } catch (const RecipeError&) {
-            return false;
-        }
-        return true;
-    });
+// Notes on parts without effect: layers hidden by those below, values for materials that a step does not
+// meet, stop conditions that never hold.
+void note_idle_parts(const Recipe& recipe, std::vector<std::string>& notes) {
+    note_hidden_layers(recipe, notes);
+    if (!recipe.start.from.empty()) return;  // the earlier run decides what is on the wafer
+    for (const StepMaterials& here : materials_by_step(recipe)) {
+        for (const auto& [key, names] : idle_values(here, recipe.materials))
+            notes.push_back(fmt::format("{}.{} does nothing for {}: not on the wafer in this step", here.path,
+                                        key, fmt::join(names, ", ")));
+        note_stops(here, recipe, notes);
+    }
 }
 
 // Proposes a profile where the wafer is the same at all y, and says how to write it.
@@ -170,7 +163,19 @@ std::string round_note(const Recipe& recipe) {
         return layer.position == std::array<double, 2>{} &&
                ((round && layer.radius < widest) || layer.shape == "plane" || layer.shape == "stack");
     };
-    if (!std::ranges::all_of(recipe.layers, is_round) || !steps_can_be(recipe, domain, is_round) || !any)
+    std::set<const Model*> known;  // a loop's cycles share their model
+    const auto can_be_round = [&](const Step& step) {
+        if (step.built && !known.insert(step.built.get()).second) return true;
+        if (find_model(step.model)->patterned && !is_round(step.pattern)) return false;
+        try {
+            make_model(step, recipe.materials, domain);
+        } catch (const RecipeError&) {
+            return false;
+        }
+        return true;
+    };
+    if (!std::ranges::all_of(recipe.layers, is_round) ||
+        !std::ranges::all_of(expanded_steps(recipe), can_be_round) || !any)
         return {};
     return fmt::format(
         "All is round about the middle: extent = [{:.4g}] and symmetry = \"axial\" in [domain] make it a profile in r "
@@ -191,8 +196,7 @@ std::vector<std::string> notes_on(const Recipe& recipe) {
         notes.push_back(fmt::format("domain.grid_spacing = {:g} is rounded to {:g} {}, which divides {}",
                                     wanted, spacing, recipe.domain.length_unit,
                                     is_flat(recipe.domain) ? "the extent" : "both extents"));
-    const std::vector<std::string> idle = idle_parts(recipe);
-    notes.insert(notes.end(), idle.begin(), idle.end());
+    note_idle_parts(recipe, notes);
     note_steps(recipe, notes);
     note_radiosity(recipe, notes);
     return notes;
@@ -207,19 +211,6 @@ std::string cheaper_form(const Recipe& recipe) {
     if (is_flat(recipe.domain) || !recipe.start.from.empty()) return {};
     const std::string profile = profile_note(recipe);
     return profile.empty() ? round_note(recipe) : profile;
-}
-
-std::vector<std::string> idle_parts(const Recipe& recipe) {
-    std::vector<std::string> notes;
-    note_hidden_layers(recipe, notes);
-    if (!recipe.start.from.empty()) return notes;  // the earlier run decides what is on the wafer
-    for (const StepMaterials& here : materials_by_step(recipe)) {
-        for (const auto& [key, names] : idle_values(here, recipe.materials))
-            notes.push_back(fmt::format("{}.{} does nothing for {}: not on the wafer in this step", here.path,
-                                        key, fmt::join(names, ", ")));
-        note_stops(here, recipe, notes);
-    }
-    return notes;
 }
 
 }  // namespace sidewall::app

@@ -7,12 +7,8 @@
 namespace sidewall::app {
 
 /// Notes for the user on a valid recipe: former names of keys, the rounded grid spacing, beams that sides
-/// mirror, and all of idle_parts.
+/// mirror, and parts without effect.
 std::vector<std::string> notes_on(const Recipe& recipe);
-
-/// Notes on parts without effect in a valid recipe: layers hidden by those below, values for materials that a
-/// step does not meet, stop conditions that never hold.
-std::vector<std::string> idle_parts(const Recipe& recipe);
 
 /// For a wafer that is the same along y or round about its middle: a note that it runs as a profile, or which
 /// keys would make it one. Else empty.

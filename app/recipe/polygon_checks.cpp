@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "app/recipe/layer_checks.hpp"
@@ -27,10 +26,8 @@ Bounds outline_bounds(const Polygon& polygon) {
     return bounds;
 }
 
-// Whether the boxes overlap, or are closer than \p reach.
-bool meet(const Bounds& a, const Bounds& b, double reach = 0.0) {
-    return (a.min().array() < b.max().array() + reach).all() &&
-           (b.min().array() - reach < a.max().array()).all();
+bool overlap(const Bounds& a, const Bounds& b) {
+    return (a.min().array() < b.max().array()).all() && (b.min().array() < a.max().array()).all();
 }
 
 double perimeter_of(const Polygon& polygon) {
@@ -38,16 +35,6 @@ double perimeter_of(const Polygon& polygon) {
     for (std::size_t k = 0, j = polygon.size() - 1; k < polygon.size(); j = k++)
         perimeter += std::hypot(polygon[k][0] - polygon[j][0], polygon[k][1] - polygon[j][1]);
     return perimeter;
-}
-
-// The numbers 0 to \p count - 1, sorted stably by ascending value.
-template <class Value>
-std::vector<std::size_t> sorted_by(std::size_t count, Value&& value) {
-    std::vector<std::size_t> order(count);
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return value(a) < value(b); });
-    return order;
 }
 
 std::string points_key(std::size_t k) {
@@ -67,10 +54,8 @@ auto with_key(const std::string& key, Work&& work) {
 
 void refuse_self_crossing(const Polygon& polygon, const std::string& key) {
     if (const auto at = with_key(key, [&] { return levelset::self_crossing(polygon); }))
-        throw KeyError(
-            key,
-            fmt::format("the outline crosses itself near ({:g}, {:g}): list the corners in order around it",
-                        (*at)[0], (*at)[1]));
+        raise_key(key, "the outline crosses itself near ({:g}, {:g}): list the corners in order around it",
+                  (*at)[0], (*at)[1]);
 }
 
 double united_area(std::initializer_list<Polygon> polygons) {
@@ -82,14 +67,13 @@ void refuse_overlap(const std::vector<Polygon>& polygons, std::size_t first, std
     const double a = united_area({polygons[first]}), b = united_area({polygons[second]}),
                  common = a + b - united_area({polygons[first], polygons[second]});
     if (common <= tiny) return;
-    throw KeyError(
-        points_key(second),
-        fmt::format("the outline {} polygons[{}], and the program would unite the two: draw both as one "
-                    "outline, a ring as one with a slit",
-                    b - common <= tiny   ? "lies inside"
-                    : a - common <= tiny ? "encloses"
-                                         : "overlaps",
-                    first));
+    raise_key(points_key(second),
+              "the outline {} polygons[{}], and the program would unite the two: draw both as one "
+              "outline, a ring as one with a slit",
+              b - common <= tiny   ? "lies inside"
+              : a - common <= tiny ? "encloses"
+                                   : "overlaps",
+              first);
 }
 
 // Listed outlines may touch, but not cross or overlap: the grid would take their union, so that a ring drawn
@@ -112,12 +96,14 @@ void refuse_crossings(const std::vector<Polygon>& polygons) {
     const double tiny = kRounding * size * size;
     const double all = with_key("polygons", [&] { return levelset::area_of(levelset::united(polygons)); });
     if (sum - all <= tiny) return;
-    const auto order = sorted_by(polygons.size(), [&](std::size_t k) { return bounds[k].min().x(); });
+    std::vector<std::size_t> order(polygons.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::stable_sort(order, {}, [&](std::size_t k) { return bounds[k].min().x(); });
     for (std::size_t i = 0; i < order.size(); ++i)
         for (std::size_t j = i + 1; j < order.size(); ++j) {
             const auto [first, second] = std::minmax(order[i], order[j]);
             if (bounds[order[j]].min().x() >= bounds[order[i]].max().x()) break;
-            if (meet(bounds[first], bounds[second])) refuse_overlap(polygons, first, second, tiny);
+            if (overlap(bounds[first], bounds[second])) refuse_overlap(polygons, first, second, tiny);
         }
 }
 
@@ -227,11 +213,10 @@ void check_polygons(const Layer& layer, const std::vector<Polygon>& polygons, co
         return narrowest(blurred ? printed : levelset::united(with_images(printed, domain)), blurred, domain);
     });
     if (std::isinf(width))
-        throw KeyError(
-            source,
-            fmt::format("no edge of the outlines lies in the domain, {:g} x {:g} and centred on 0: the "
-                        "mask would be all open or all closed; check unit and position",
-                        domain.max[0] - domain.min[0], domain.max[1] - domain.min[1]));
+        raise_key(source,
+                  "no edge of the outlines lies in the domain, {:g} x {:g} and centred on 0: the "
+                  "mask would be all open or all closed; check unit and position",
+                  domain.max[0] - domain.min[0], domain.max[1] - domain.min[1]);
     const double cells = width / domain.spacing * (1.0 + kRounding);
     if (cells >= kGoodCells) return;
     std::string key = blurred ? "blur" : source;

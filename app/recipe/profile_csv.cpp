@@ -1,6 +1,5 @@
 #include "app/recipe/profile_csv.hpp"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
@@ -90,30 +89,29 @@ void check_profile(const Layer& layer, const levelset::Polygon& points, bool fir
         high[a] = (*most)[a];
     }
     if (turned && low[0] < 0.0)
-        throw KeyError(
-            "file", fmt::format("goes down to x = {:g}: in a revolution x is the distance from the axis, at "
-                                "least 0; or set sweep = \"extrusion\"",
-                                low[0]));
+        raise_key("file",
+                  "goes down to x = {:g}: in a revolution x is the distance from the axis, at "
+                  "least 0; or set sweep = \"extrusion\"",
+                  low[0]);
     const double wide = turned ? high[0] : high[0] - low[0], tall = high[1] - low[1];
     const double top = std::max(std::abs(*layer.top + low[1]), std::abs(*layer.top + high[1]));
     if (top > kMostCells * domain.spacing)
-        throw KeyError(
-            "file", fmt::format("reaches {:.3g} cells from z = 0, over {:g}; check the unit or use a larger "
-                                "grid_spacing",
-                                top / domain.spacing, kMostCells));
+        raise_key("file",
+                  "reaches {:.3g} cells from z = 0, over {:g}; check the unit or use a larger "
+                  "grid_spacing",
+                  top / domain.spacing, kMostCells);
     if (closed && std::min(wide, tall) < kFewestCells * domain.spacing)
-        throw KeyError(
-            "file", fmt::format("the outline is only {:.3g} cells {}, and the grid loses shapes under {:g} "
-                                "cells: use a grid_spacing of {:.2g} or less",
-                                std::min(wide, tall) / domain.spacing, wide < tall ? "wide" : "high",
-                                kFewestCells, std::min(wide, tall) / 6.0));
+        raise_key("file",
+                  "the outline is only {:.3g} cells {}, and the grid loses shapes under {:g} "
+                  "cells: use a grid_spacing of {:.2g} or less",
+                  std::min(wide, tall) / domain.spacing, wide < tall ? "wide" : "high", kFewestCells,
+                  std::min(wide, tall) / 6.0);
     const double from = layer.position[0] + (turned ? -high[0] : low[0]), to = layer.position[0] + high[0];
     if (domain.side[0] == levelset::Side::reflective && (to <= domain.min[0] || from >= domain.max[0]))
-        throw KeyError(
-            "file",
-            fmt::format("lies from x = {:g} to {:g}, outside the domain's {:g} to {:g}; check unit and "
-                        "position",
-                        from, to, domain.min[0], domain.max[0]));
+        raise_key("file",
+                  "lies from x = {:g} to {:g}, outside the domain's {:g} to {:g}; check unit and "
+                  "position",
+                  from, to, domain.min[0], domain.max[0]);
     levelset::Polygon outline = points;
     if (!closed) {
         if (points.front()[0] == points.back()[0])

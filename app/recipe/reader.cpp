@@ -1,6 +1,5 @@
 #include "app/recipe/reader.hpp"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
@@ -14,7 +13,6 @@
 namespace sidewall::app {
 namespace {
 
-// Cuts a text to what a message has room for.
 std::string shortened(std::string_view text, std::size_t most = 200) {
     return text.size() > most ? std::string(text.substr(0, most - 3)) + "..." : std::string(text);
 }
@@ -38,7 +36,7 @@ std::string value_text(const toml::node& node) {
 
 double read_number(const toml::node& node, const std::string& path, const Rule& rule,
                    std::string_view or_word = {}) {
-    if (!node.is_number()) fail(node, path, fmt::format("must be a number{}", or_word));
+    if (!node.is_number()) fail(node, path, "must be a number{}", or_word);
     const double value =
         node.is_integer() ? static_cast<double>(node.as_integer()->get()) : node.as_floating_point()->get();
     if (!std::isfinite(value)) fail(node, path, "must be a finite number");
@@ -46,9 +44,8 @@ double read_number(const toml::node& node, const std::string& path, const Rule& 
     if (!low && value <= rule.max) return value;
     const std::string range = range_text(rule);
     if (range.empty() || (value > rule.max && rule.max == kHuge))
-        fail(node, path,
-             fmt::format("must be in {}{:g}, {:g}]; check the unit", rule.above_min ? "(" : "[",
-                         std::max(rule.min, -kHuge), kHuge));
+        fail(node, path, "must be in {}{:g}, {:g}]; check the unit", rule.above_min ? "(" : "[",
+             std::max(rule.min, -kHuge), kHuge);
     fail(node, path, "must be " + range);
 }
 
@@ -85,9 +82,8 @@ std::string known_material(const toml::node& node, const std::string& path, cons
             reading.notes.push_back(note);
         return meant;
     }
-    fail(node, path,
-         fmt::format("unknown material{} A new one needs a [[material]] of that name",
-                     did_you_mean(": ", name, material_names(materials), ".")));
+    fail(node, path, "unknown material{} A new one needs a [[material]] of that name",
+         did_you_mean(": ", name, material_names(materials), "."));
 }
 
 std::string read_string(const toml::node& node, const std::string& path, const Rule& rule,
@@ -247,8 +243,7 @@ struct Reader {
     // Two words may name one material.
     static void refuse_twice(const toml::node& value, const std::string& path, const std::string& name,
                              std::set<std::string>& given) {
-        if (!given.insert(name).second)
-            fail(value, path, fmt::format("is the second value for {}; drop one", name));
+        if (!given.insert(name).second) fail(value, path, "is the second value for {}; drop one", name);
     }
     void refuse_empty(const toml::array& array) const {
         if (rule.required && array.empty()) fail(node, path, "must not be empty");
@@ -328,7 +323,7 @@ void read_key(const toml::table& table, const std::string& path, const Key& key,
         if (node == nullptr || (is_override(former) && !is_override(*node)))
             name = key.former;
         else if (is_override(former) || !is_override(*node))
-            fail(former, former_path, fmt::format("is now called {}; drop one of the two", name));
+            fail(former, former_path, "is now called {}; drop one of the two", name);
         reading.notes.push_back(fmt::format("{} is now called {}", former_path, key.name));
     }
     const std::string key_path = path + "." + name;
@@ -347,9 +342,8 @@ void read_keys(const toml::table& table, const std::string& path, std::string_vi
     };
     for (const auto& [name, node] : table)
         if (std::find(known.begin(), known.end(), name.str()) == known.end() && !former(name.str()))
-            fail(node, path_to(name.str()),
-                 fmt::format("unknown key of {}{} `sidewall models` lists all keys", what,
-                             did_you_mean(": ", name.str(), known, ";")));
+            fail(node, path_to(name.str()), "unknown key of {}{} `sidewall models` lists all keys", what,
+                 did_you_mean(": ", name.str(), known, ";"));
     for (const Key& key : keys) {
         if (key.rule.required && !table.contains(key.name) &&
             (key.former.empty() || !table.contains(key.former)))

@@ -22,8 +22,13 @@ toml::table parse_toml(std::string_view text, const std::string& source);
 /// The place where a node was written: `file:line`, or the override that set it.
 std::string place_of(const toml::node& node);
 
-/// Throws the RecipeError `place: path = value: rule`.
+/// Throws the RecipeError `place: path = value: rule`; with more arguments fmt formats the rule.
 [[noreturn]] void fail(const toml::node& node, std::string_view path, std::string_view rule);
+template <class First, class... Rest>
+[[noreturn]] void fail(const toml::node& node, std::string_view path, fmt::format_string<First, Rest...> rule,
+                       First&& first, Rest&&... rest) {
+    fail(node, path, fmt::format(rule, std::forward<First>(first), std::forward<Rest>(rest)...));
+}
 
 /// Throws the RecipeError `place: path: rule` for something absent from \p table.
 [[noreturn]] void fail_missing(const toml::node& table, std::string_view path, std::string_view rule);

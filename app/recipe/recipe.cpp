@@ -1,10 +1,6 @@
 #include "app/recipe/recipe.hpp"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
-
-#include <algorithm>
-#include <cmath>
 
 #include "app/common/text.hpp"
 #include "app/recipe/decks.hpp"
@@ -36,9 +32,8 @@ void refuse_unknown_sections(const toml::table& root) {
                                                    "advection", "output", "metrology", "cut"};
     for (const auto& [key, node] : root)
         if (std::find(known.begin(), known.end(), key.str()) == known.end())
-            fail(node, key.str(),
-                 fmt::format("unknown section{} There are {}", did_you_mean(": ", key.str(), known, "."),
-                             fmt::join(known, ", ")));
+            fail(node, key.str(), "unknown section{} There are {}", did_you_mean(": ", key.str(), known, "."),
+                 fmt::join(known, ", "));
 }
 
 Reading reading_for(Recipe& recipe) {
@@ -50,7 +45,7 @@ void read_section(const toml::table& root, const std::string& name, Section& sec
                   Check&& check) {
     const toml::node* node = root.get(name);
     if (node == nullptr) return;
-    if (!node->is_table()) fail(*node, name, fmt::format("must be a table: write [{}]", name));
+    if (!node->is_table()) fail(*node, name, "must be a table: write [{}]", name);
     const toml::table& table = *node->as_table();
     read_keys(table, name, "[" + name + "]", keys_of(section), reading);
     located(table, name, check);
@@ -228,13 +223,10 @@ void require_figure(const Recipe& recipe, const Step& step, const StopRule& rule
 }
 
 // Checks the stop conditions of the steps. \pre [metrology] is read.
-void check_stops(const toml::table& root, const std::vector<Step>& steps, const std::string& path,
-                 const Recipe& recipe, const std::vector<StepMaterials>& met) {
-    for (std::size_t i = 0; i < steps.size(); ++i) {
-        const std::string here = fmt::format("{}[{}]", path, i);
-        check_stops(root, steps[i].steps, here + ".steps", recipe, met);
-        const Step& step = steps[i];
-        if (!has_stop(step) && step.over_etch == 0.0 && step.over_etch_time == 0.0) continue;
+void check_stops(const toml::table& root, const Recipe& recipe) {
+    const std::vector<StepMaterials> met = materials_by_step(recipe);
+    each_step(recipe.steps, [&](const Step& step, const std::string& here) {
+        if (!has_stop(step) && step.over_etch == 0.0 && step.over_etch_time == 0.0) return;
         located(*find_node(root, here)->as_table(), here, [&] {
             if (!has_stop(step))
                 throw KeyError(step.over_etch > 0.0 ? "over_etch" : "over_etch_time",
@@ -249,7 +241,7 @@ void check_stops(const toml::table& root, const std::vector<Step>& steps, const 
                                "stop_material ends the step at a bare share, too: drop stop_material");
             require_figure(recipe, step, rule, met);
         });
-    }
+    });
 }
 
 std::string text_of(const std::filesystem::path& path) {
@@ -315,9 +307,8 @@ Recipe parse_recipe(std::string_view text, const std::string& file,
         if (recipe.flux.rays != 0 && recipe.flux.rays < 100)
             throw KeyError("rays", "must be in [100, 1e+12], or 0 for as many as accuracy asks for");
         if (recipe.flux.rays != 0 && !recipe.flux.relative_error && recipe.flux.batches > recipe.flux.rays)
-            throw KeyError(
-                "batches",
-                fmt::format("must be at most rays = {}: every batch traces one at least", recipe.flux.rays));
+            raise_key("batches", "must be at most rays = {}: every batch traces one at least",
+                      recipe.flux.rays);
         check_averaging(recipe.flux.averaging, recipe.domain);
         if (recipe.flux.stages == "all" && levelset::stage_count(recipe.advection.time_integration) == 1)
             throw KeyError(
@@ -335,7 +326,7 @@ Recipe parse_recipe(std::string_view text, const std::string& file,
             raise_key("every", "saves more than {:g} surfaces; use a longer time", kMostSurfaces);
     });
     read_metrology(root, recipe);
-    check_stops(root, recipe.steps, "step", recipe, materials_by_step(recipe));
+    check_stops(root, recipe);
     if (runs_as_profile(recipe)) recipe.domain.strip = Strip::profile;
     return recipe;
 }

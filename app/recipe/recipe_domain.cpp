@@ -119,11 +119,10 @@ void widen_to_strip(const Recipe& recipe, TriangleMesh& mesh) {
 
 void refuse_ends_along_y(const Layer& layer, double spacing) {
     const auto refuse = [&](const char* key, const std::string& what, const char* instead) {
-        throw KeyError(
-            key, fmt::format(
-                     "{}, but the wafer runs as a profile, the same at all y: {}, or give domain.extent two "
-                     "numbers and no strip = \"profile\"",
-                     what, instead));
+        raise_key(key,
+                  "{}, but the wafer runs as a profile, the same at all y: {}, or give domain.extent two "
+                  "numbers and no strip = \"profile\"",
+                  what, instead);
     };
     const std::string& shape = layer.shape;
     if (shape == "hole") refuse("shape", "a hole is round", "use a trench");
@@ -145,9 +144,10 @@ void refuse_ends_along_y(const Layer& layer, double spacing) {
 
 void refuse_off_axis(const Layer& layer) {
     const auto refuse = [&](const char* key, const std::string& what, const char* instead) {
-        throw KeyError(key, fmt::format("{}, but domain.symmetry is \"axial\": {}, or drop symmetry and give "
-                                        "domain.extent two numbers",
-                                        what, instead));
+        raise_key(key,
+                  "{}, but domain.symmetry is \"axial\": {}, or drop symmetry and give "
+                  "domain.extent two numbers",
+                  what, instead);
     };
     const std::string& shape = layer.shape;
     const bool ring = shape == "trench" || shape == "fin" || (shape == "cylinder" && layer.axis == "y") ||
@@ -195,6 +195,9 @@ std::string spacing_for(int levels, const DomainSection& domain, double wanted, 
 int grid_levels(const Recipe& recipe, const levelset::Domain& domain) {
     if (is_flat(recipe.domain)) return 1;
     if (recipe.grid.levels) return static_cast<int>(*recipe.grid.levels);
+    // With fewer, the fine columns around features, about 64 finest cells with margins, would leave little
+    // coarse.
+    constexpr int kFewestCoarse = 24;
     int levels = levelset::most_levels(domain);
     while (levels > 1 && std::min(domain.cells[0], domain.cells[1]) >> (levels - 1) < kFewestCoarse) --levels;
     return levels;
@@ -211,14 +214,12 @@ void check_grid(const GridSection& grid, const DomainSection& domain) {
     const int most = levelset::most_levels(cells);
     if (levels <= most) return;
     const std::string spacing = spacing_for(levels, domain, cells.spacing);
-    throw KeyError(
-        "levels",
-        fmt::format(
-            "joins {} cells into one along x and y, but {} x {} cells do not divide so, or fewer than 4 "
-            "are left: {}use at most {} {}",
-            1 << (levels - 1), cells.cells[0], cells.cells[1],
-            spacing.empty() ? "" : fmt::format("a domain.grid_spacing of {} would do; else ", spacing), most,
-            most == 1 ? "level" : "levels"));
+    raise_key("levels",
+              "joins {} cells into one along x and y, but {} x {} cells do not divide so, or fewer than 4 "
+              "are left: {}use at most {} {}",
+              1 << (levels - 1), cells.cells[0], cells.cells[1],
+              spacing.empty() ? "" : fmt::format("a domain.grid_spacing of {} would do; else ", spacing),
+              most, most == 1 ? "level" : "levels");
 }
 
 }  // namespace sidewall::app

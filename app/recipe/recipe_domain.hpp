@@ -50,12 +50,8 @@ void refuse_ends_along_y(const Layer& layer, double spacing);
 void refuse_off_axis(const Layer& layer);
 
 /// Number of levels of a recipe's grid: that of [grid], or for "auto" the most, up to 3, for which the cells
-/// along both sides divide and the coarsest level has kFewestCoarse along the shorter.
+/// along both sides divide and the coarsest level has 24 along the shorter.
 int grid_levels(const Recipe& recipe, const levelset::Domain& domain);
-
-/// Fewest cells of the coarsest level along the shorter side for which "auto" adds it. With fewer, the fine
-/// columns around features, about 64 finest cells with margins, would leave little of the wafer coarse.
-inline constexpr int kFewestCoarse = 24;
 
 /// The spacing nearest to \p wanted, at least \p least, for which the coarsest of \p levels has whole cells,
 /// at least 4, along both sides; as a recipe writes it. Spacings are tried down to the one whose coarsest

@@ -44,14 +44,6 @@ void add(std::vector<KeyDoc>& keys, const std::string& path, std::vector<KeyDoc>
     }
 }
 
-void add_steps(std::vector<KeyDoc>& keys, const std::string& path, std::vector<Step>& steps) {
-    for (std::size_t i = 0; i < steps.size(); ++i) {
-        const std::string step = fmt::format("{}[{}]", path, i);
-        add(keys, step, document(keys_of(steps[i])));
-        add_steps(keys, step + ".steps", steps[i].steps);
-    }
-}
-
 // The path of a section by its header: step[0] for "[[step]] model = ...", flux for "[flux]".
 std::string path_of(const std::string& header) {
     const bool list = header.starts_with("[[");
@@ -321,7 +313,8 @@ std::vector<KeyDoc> settable_keys(Recipe recipe) {
         if (!section.header.starts_with("[[")) add(keys, path_of(section.header), std::move(section.keys));
     for (std::size_t i = 0; i < recipe.layers.size(); ++i)
         add(keys, fmt::format("layer[{}]", i), document(keys_of(recipe.layers[i])));
-    add_steps(keys, "step", recipe.steps);
+    each_step(recipe.steps,
+              [&](Step& step, const std::string& path) { add(keys, path, document(keys_of(step))); });
     const std::vector<NamedStep> named = named_steps(recipe.steps);
     for (const NamedStep& step : named) {
         const auto same = [&](const NamedStep& other) { return other.name == step.name; };

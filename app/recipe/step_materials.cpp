@@ -1,6 +1,5 @@
 #include "app/recipe/step_materials.hpp"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "app/recipe/recipe_domain.hpp"
 #include "app/schema/units.hpp"
@@ -12,11 +11,6 @@
 namespace sidewall::app {
 namespace {
 
-// Value of 1 nm/s in the recipe's length per time.
-double nm_per_s(const DomainSection& domain) {
-    return 1e-9 * seconds_in(domain.time_unit) / metres_in(domain.length_unit);
-}
-
 void refuse_mirrored_beams(const Model& model, const DomainSection& domain) {
     for (std::size_t k = 0; k < model.species.size(); ++k)
         for (std::size_t axis = 0; axis < 2; ++axis) {
@@ -24,10 +18,10 @@ void refuse_mirrored_beams(const Model& model, const DomainSection& domain) {
             const bool mirrors = domain.boundary[axis] == levelset::Side::reflective;
             if (!mirrors || species.rotating || species.beam[static_cast<Eigen::Index>(axis)] == 0.0)
                 continue;
-            throw KeyError((k < model.species_keys.size() ? model.species_keys[k] : "") + "tilt_deg",
-                           fmt::format("tilts the beam along {0}, and the reflective sides across {0} would "
-                                       "mirror it: set domain.boundary to periodic there, or rotating = true",
-                                       "xy"[axis]));
+            raise_key((k < model.species_keys.size() ? model.species_keys[k] : "") + "tilt_deg",
+                      "tilts the beam along {0}, and the reflective sides across {0} would "
+                      "mirror it: set domain.boundary to periodic there, or rotating = true",
+                      "xy"[axis]);
         }
 }
 
@@ -61,15 +55,13 @@ void settle_free_paths(Model& model, const DomainSection& domain) {
         const bool kinetic = k < model.free_paths.size() && model.free_paths[k] > 0.0;
         if (kinetic) path = model.free_paths[k] / metres_in(domain.length_unit);
         if (!(path < kLeastPath * domain.grid_spacing)) continue;
-        throw KeyError(
+        raise_key(
             (k < model.species_keys.size() ? model.species_keys[k] : "") +
                 (kinetic ? "pressure" : "mean_free_path"),
-            fmt::format(
-                "{} below a tenth of grid_spacing: particles would collide too often to be followed; {} it, "
-                "or use a smaller grid_spacing",
-                kinetic ? fmt::format("makes a mean free path of {:.4g} {},", path, domain.length_unit)
-                        : "is",
-                kinetic ? "lower" : "raise"));
+            "{} below a tenth of grid_spacing: particles would collide too often to be followed; {} it, "
+            "or use a smaller grid_spacing",
+            kinetic ? fmt::format("makes a mean free path of {:.4g} {},", path, domain.length_unit) : "is",
+            kinetic ? "lower" : "raise");
     }
     model.free_paths.clear();
 }
@@ -87,17 +79,14 @@ Model make_model(const Step& step, const Materials& materials, const DomainSecti
     for (const flux::Species& species : model.species)
         model.direct.push_back(
             flux::has_direct_flux(species) ? std::make_shared<const flux::DirectFlux>(species) : nullptr);
-    if (model.in_nm_per_s) {
-        model.speed = [speed = model.speed, unit = nm_per_s(domain)](const SurfacePoint& point) {
-            return unit * speed(point);
-        };
-        if (model.hints.max_etch_rate)
-            model.hints.max_etch_rate = [rate = model.hints.max_etch_rate, unit = nm_per_s(domain)](
-                                            const SurfacePoint& point) { return unit * rate(point); };
-        if (model.hints.max_speed) *model.hints.max_speed *= nm_per_s(domain);
-        for (Vec3& bound : model.hints.dissipation) bound *= nm_per_s(domain);
-        model.in_nm_per_s = false;
-    }
+    if (!model.in_nm_per_s) return model;
+    // Value of 1 nm/s in the recipe's length per time.
+    const double unit = 1e-9 * seconds_in(domain.time_unit) / metres_in(domain.length_unit);
+    for (auto* speed : {&model.speed, &model.hints.max_etch_rate})
+        if (*speed) *speed = [own = *speed, unit](const SurfacePoint& point) { return unit * own(point); };
+    if (model.hints.max_speed) *model.hints.max_speed *= unit;
+    for (Vec3& bound : model.hints.dissipation) bound *= unit;
+    model.in_nm_per_s = false;
     return model;
 }
 

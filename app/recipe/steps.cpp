@@ -1,11 +1,8 @@
 #include "app/recipe/steps.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <limits>
 
 #include "app/models/geometric_steps.hpp"
 #include "app/recipe/figure_names.hpp"
@@ -56,9 +53,8 @@ void find_file(const toml::table& table, const std::string& path, const Key& key
     name = std::filesystem::absolute(folder / name).lexically_normal().string();
     std::error_code failure;
     if (!std::filesystem::is_regular_file(name, failure))
-        located(table, path, [&] {
-            throw KeyError(inner, fmt::format("no such file: {}; the name is relative to the recipe", name));
-        });
+        located(table, path,
+                [&] { raise_key(inner, "no such file: {}; the name is relative to the recipe", name); });
     try {
         CsvTable csv = read_csv(name);
         if (key.name == "file")  // a table has units; a source has no lengths or times
@@ -128,31 +124,23 @@ void check_cut(const Step& step, const toml::table& table, const std::string& pa
             throw KeyError(
                 "depth", "missing: a cut through the substrate must end somewhere, or name other materials");
         if (depth && std::abs(*depth) > kMostCells * recipe.domain.grid_spacing)
-            throw KeyError(
-                "depth",
-                fmt::format("is over {:g} cells; check the unit or use a larger grid_spacing", kMostCells));
+            raise_key("depth", "is over {:g} cells; check the unit or use a larger grid_spacing", kMostCells);
     });
     if (depth && substrate) lowest = std::min(lowest, -*depth);
 }
 
-// Checks heights and thicknesses of geometric steps. \p lowest is the wafer's lowest point; it becomes minus
-// infinity at the first step that takes time and might etch.
-void check_geometric(const toml::table& root, const std::vector<Step>& steps, const std::string& path,
-                     Recipe& recipe, double& lowest) {
+void check_geometric(const toml::table& root, Recipe& recipe) {
+    double lowest =
+        lowest_start(recipe);  // minus infinity from the first step on that takes time: it might etch
     const auto refuse = [&](const std::string& key_path, const std::string& rule) {
         fail(*find_node(root, key_path), key_path, rule);
     };
-    for (std::size_t i = 0; i < steps.size(); ++i) {
-        const std::string here = fmt::format("{}[{}]", path, i);
-        const Step& step = steps[i];
-        if (!step.steps.empty()) {
-            check_geometric(root, step.steps, here + ".steps", recipe, lowest);
-            continue;
-        }
+    each_step(recipe.steps, [&](const Step& step, const std::string& here) {
+        if (!step.steps.empty()) return;
         const GeometricStep* shaping = geometric_step(step.parameters);
         if (shaping == nullptr) {
             lowest = -kInfinity;
-            continue;
+            return;
         }
         for (const auto& [key, length] :
              {std::pair("height", shaping->height), std::pair("thickness", shaping->thickness)})
@@ -175,7 +163,7 @@ void check_geometric(const toml::table& root, const std::vector<Step>& steps, co
                 fmt::format("lies below the whole wafer, whose lowest point is at {:g}: nothing of its shape "
                             "would be left; polish above that",
                             lowest));
-    }
+    });
 }
 
 }  // namespace
@@ -232,14 +220,11 @@ std::vector<Key> model_keys(const Step& step) {
     return model == nullptr ? std::vector<Key>() : model->keys(const_cast<std::any&>(step.parameters));
 }
 
-std::vector<NamedStep> named_steps(const std::vector<Step>& steps, const std::string& path) {
+std::vector<NamedStep> named_steps(const std::vector<Step>& steps) {
     std::vector<NamedStep> found;
-    for (std::size_t i = 0; i < steps.size(); ++i) {
-        const std::string here = fmt::format("{}[{}]", path, i);
-        if (!steps[i].name.empty()) found.push_back({steps[i].name, here});
-        const std::vector<NamedStep> inner = named_steps(steps[i].steps, here + ".steps");
-        found.insert(found.end(), inner.begin(), inner.end());
-    }
+    each_step(steps, [&](const Step& step, const std::string& path) {
+        if (!step.name.empty()) found.push_back({step.name, path});
+    });
     return found;
 }
 
@@ -254,8 +239,7 @@ void read_steps(const toml::table& root, Recipe& recipe) {
     if (total(recipe.steps, [](const Step& step) { return step.duration; }) > kLongestRun)
         fail_missing(*root.get("step"), "step",
                      fmt::format("durations add up to over {:g}; check the unit", kLongestRun));
-    double lowest = lowest_start(recipe);
-    check_geometric(root, recipe.steps, "step", recipe, lowest);
+    check_geometric(root, recipe);
 }
 
 }  // namespace sidewall::app

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <string_view>
-
 #include "app/report/embed.hpp"
 
 SIDEWALL_EMBED(three, SIDEWALL_THREE_JS);

@@ -149,7 +149,6 @@
     return el("div", { class: "row" }, select, slider, label);
   }
 
-  // The section with the view and its controls.
   Sidewall.view = (section) => {
     const holder = el("div", { class: "canvas" });
     const note = el("p", { class: "note" }, section.note || "");

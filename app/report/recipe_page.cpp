@@ -14,6 +14,7 @@
 #include "app/process/wafer.hpp"
 #include "app/recipe/layers.hpp"
 #include "app/recipe/recipe_domain.hpp"
+#include "app/recipe/steps.hpp"
 #include "levelset/shapes/outline.hpp"
 #include "surface/files/file.hpp"
 
@@ -65,15 +66,6 @@ std::vector<levelset::Polygon> outlines_of(const levelset::Shape& shape, const l
     return levelset::repeated(outlines, domain);
 }
 
-// Adds the shapes of patterned steps (mask, cut), in loops too.
-void add_patterns(const std::vector<Step>& steps, const Recipe& recipe, std::vector<levelset::Shape>& masks) {
-    for (const Step& step : steps) {
-        add_patterns(step.steps, recipe, masks);
-        const ModelEntry* model = step.model.empty() ? nullptr : find_model(step.model);
-        if (model != nullptr && model->patterned) masks.push_back(pattern_of(step, recipe));
-    }
-}
-
 // Outlines of masks in layers and steps, as [[[x, y], ...], ...], up to kMostCorners corners in all.
 Json mask_outlines(const Recipe& recipe) {
     constexpr std::size_t kMostCorners = 20'000;
@@ -82,7 +74,10 @@ Json mask_outlines(const Recipe& recipe) {
         if (layer.shape.kind == levelset::ShapeKind::mask ||
             (layer.shape.kind == levelset::ShapeKind::hole && !layer.shape.subtract))
             masks.push_back(layer.shape);
-    add_patterns(recipe.steps, recipe, masks);
+    each_step(recipe.steps, [&](const Step& step, const std::string&) {
+        const ModelEntry* model = find_model(step.model);
+        if (model != nullptr && model->patterned) masks.push_back(pattern_of(step, recipe));
+    });
     Json outlines = Json::array();
     std::size_t corners = 0;
     for (const levelset::Shape& mask : masks)

@@ -82,16 +82,12 @@ class Timeline {
 
 // Title of the chart that a measure shares, such as "film" for all measures film_*.
 std::string family_of(const std::string& name) {
-    for (const char* start : {"film_", "step_coverage_", "cd_at_", "scallop_"})
-        if (name.starts_with(start)) {
-            std::string family = std::string(start).substr(0, std::string(start).size() - 1);
-            if (family == "cd_at") return "opening (cd)";
-            std::replace(family.begin(), family.end(), '_', ' ');
-            return family;
-        }
-    std::string plain = name;
-    std::replace(plain.begin(), plain.end(), '_', ' ');
-    return plain;
+    std::string family = name;
+    for (const char* start : {"film", "step_coverage", "cd_at", "scallop"})
+        if (name.starts_with(fmt::format("{}_", start))) family = start;
+    if (family == "cd_at") return "opening (cd)";
+    std::replace(family.begin(), family.end(), '_', ' ');
+    return family;
 }
 
 Json measure_charts(const Timeline& timeline) {

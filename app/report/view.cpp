@@ -69,10 +69,6 @@ std::string digest_of(const TriangleMesh& mesh) {
     return digest(bytes(mesh.vertices)) + digest(bytes(mesh.triangles));
 }
 
-Result result_of(const ViewFrame& frame) {
-    return frame.wafer ? *frame.wafer : read_saved(frame.folder, frame.saved);
-}
-
 // Names of the scalar attributes to show. Rates and fluxes come first, because only kMostAttributes are kept.
 std::vector<std::string> attributes_of(const std::vector<ViewFrame>& frames) {
     std::vector<std::string> names;
@@ -111,7 +107,7 @@ int most_frequent_material(const TriangleMesh& mesh) {
 
 Frame read_frame(const ViewFrame& source, const ViewDetail& detail, const std::vector<surface::Plane>& planes,
                  Scene& scene, std::mutex& lock) {
-    const Result result = result_of(source);
+    const Result result = source.wafer ? *source.wafer : read_saved(source.folder, source.saved);
     const double cell = cell_size(result.surface);
     Frame frame{.surface = view_mesh(result.surface, scene.attributes, detail, cell),
                 .box = bounding_box(result.surface),

@@ -30,12 +30,6 @@ struct CornerGroups {
     std::vector<int> material;             // material of each group
 };
 
-std::vector<int> materials_of_triangles(const TriangleMesh& mesh) {
-    std::vector<int> ids = triangle_materials(mesh);
-    for (int& id : ids) id = std::clamp(id, 0, 255);  // the page holds a byte each
-    return ids;
-}
-
 CornerGroups corner_groups(const TriangleMesh& mesh) {
     struct Group {
         int material;
@@ -43,7 +37,8 @@ CornerGroups corner_groups(const TriangleMesh& mesh) {
         std::uint32_t number;
     };
     const std::vector<Vec3> normals = triangle_normals(mesh);
-    const std::vector<int> materials = materials_of_triangles(mesh);
+    std::vector<int> materials = triangle_materials(mesh);
+    for (int& id : materials) id = std::clamp(id, 0, 255);  // the page holds a byte each
     const surface::Rows around = surface::vertex_corners(mesh);
     CornerGroups groups;
     groups.of_corner.resize(3 * mesh.triangles.size());

@@ -49,7 +49,6 @@
       else this.fit(this.fitted.name);
       this.refresh("frame");
     }
-    // Whether the camera has moved since fit().
     moved() { return this.eye.position.distanceTo(this.fitted.at) > 1e-6; }
     // Positions of the camera and of its target, in world units.
     seenFrom() {

@@ -1,6 +1,5 @@
 #include "app/schema/units.hpp"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>

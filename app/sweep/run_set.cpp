@@ -52,7 +52,7 @@ std::string reason(const ProcessEnd& end) {
         return "killed from outside, as the system does when memory runs out";
     if (end.exit_code >= kSignalled) return fmt::format("ended by signal {}", end.exit_code - kSignalled);
     std::string last;
-    for (const std::string& line : split(end.output, '\n'))
+    for (const std::string& line : split(end.messages, '\n'))
         if (!line.empty()) last = line;
     constexpr std::string_view kName = "sidewall: ";
     if (last.starts_with(kName)) last.erase(0, kName.size());
@@ -89,7 +89,7 @@ bool read_any_end(RunSet& set, std::size_t number) {
 
 struct Running {
     std::size_t number;
-    ChildProcess process;
+    std::unique_ptr<ChildProcess> process;
     std::unique_ptr<FolderLock> claim;
 };
 
@@ -143,7 +143,7 @@ class Pool {
             write_run_recipe(set_, number);
             std::vector<std::string> arguments = run_arguments(set_, number);
             arguments.insert(arguments.end(), {"--quiet", "--threads", std::to_string(threads_)});
-            running_.push_back({number, ChildProcess(arguments), std::move(claimed)});
+            running_.push_back({number, std::make_unique<ChildProcess>(arguments), std::move(claimed)});
             memory_ += run.memory;
             return true;
         }
@@ -152,7 +152,7 @@ class Pool {
 
     void collect() {
         for (std::size_t i = 0; i < running_.size();) {
-            const std::optional<ProcessEnd> end = running_[i].process.end();
+            const std::optional<ProcessEnd> end = running_[i].process->end();
             if (!end) {
                 ++i;
                 continue;
@@ -191,9 +191,9 @@ class Pool {
     }
 
     void stop_all() {
-        for (const Running& run : running_) run.process.ask_to_stop();
+        for (const Running& run : running_) run.process->stop(SIGTERM);
         while (!running_.empty()) {
-            std::erase_if(running_, [](Running& run) { return run.process.end().has_value(); });
+            std::erase_if(running_, [](Running& run) { return run.process->end().has_value(); });
             std::this_thread::sleep_for(kPause);
         }
     }
@@ -215,7 +215,6 @@ class Pool {
     double free_ = 0.0, memory_ = 0.0;  // bytes: free at the start, and needed by the running ones
 };
 
-// Names of the entries in which two plans differ.
 std::string differing(const Json& now, const Json& there) {
     std::string names;
     for (const auto& [name, value] : now.items())

@@ -68,15 +68,12 @@ void write_plan(const SweepOptions& options, const Sweep& sweep) {
     write_json((options.output / "sweep.json").string(), sweep.plan);
 }
 
-std::string number_field(const Json& json) {
-    return json.is_number() ? fmt::format(",{:.9g}", json.get<double>()) : ",";
-}
-
 std::string row_of(const std::vector<std::string>& columns, const RunPoint& point, const SetRun& run) {
     std::string row = fmt::format("{:04}", point.number);
     for (const std::string& value : point.values) row += fmt::format(",{}", csv_field(value));
     const auto field = [&](const char* part, const std::string& name) {
-        row += number_field(run.summary.contains(part) ? run.summary[part].value(name, Json()) : Json());
+        const Json value = run.summary.contains(part) ? run.summary[part].value(name, Json()) : Json();
+        row += value.is_number() ? fmt::format(",{:.9g}", value.get<double>()) : ",";
     };
     for (const std::string& name : columns) field("metrology", name);
     field("timing", "total");

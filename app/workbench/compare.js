@@ -27,7 +27,6 @@
     return page;
   };
 
-  // A text field with its label.
   const field = Sidewall.field = (label, width, value = "") => {
     const input = el("input", { type: "text", size: width, value, "aria-label": label });
     return { input, row: el("label", {}, `${label} `, input) };

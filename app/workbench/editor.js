@@ -52,7 +52,6 @@
       this.mirror.clearHistory();
     }
 
-    // Adds text at the end, and moves the cursor there.
     append(text) {
       this.mirror.replaceRange(text, CodeMirror.Pos(this.mirror.lastLine()), undefined, "+input");
       this.mirror.setCursor(this.mirror.lastLine(), 0);

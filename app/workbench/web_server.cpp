@@ -80,7 +80,6 @@ bool same_secret(std::string_view a, std::string_view b) {
     return differ == 0;
 }
 
-// State that all connections share.
 struct Shared {
     WebOptions options;
     std::function<WebReply(const WebRequest&)> handle;

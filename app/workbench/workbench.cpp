@@ -11,7 +11,6 @@
 #include "app/common/text.hpp"
 #include "app/recipe/decks.hpp"
 #include "app/recipe/sections.hpp"
-#include "app/workbench/launch.hpp"
 #include "app/workbench/opened_folder.hpp"
 #include "app/workbench/runs.hpp"
 #include "app/workbench/workbench_page.hpp"
@@ -19,8 +18,6 @@
 
 namespace sidewall::app {
 namespace {
-
-constexpr std::chrono::seconds kPatience{60};
 
 // Requests that this process answers itself run one at a time, so that their memory does not add up.
 std::unique_lock<std::mutex> own_turn() {
@@ -90,13 +87,6 @@ Json keys_json(const Json& decks) {
             Json{{"name", section.name}, {"header", section.header}, {"doc", section.doc}, {"keys", keys}});
     }
     return sections;
-}
-
-// The chemistry decks that came with the program, each with its model.
-Json decks_json() {
-    Json decks = Json::object();
-    for (const Deck& deck : shipped_decks()) decks[deck.name] = deck.model;
-    return decks;
 }
 
 std::vector<std::string> shipped_recipes() {
@@ -176,17 +166,16 @@ Descriptor home_of(const OpenedFolder& folder, const Json& asked) {
     }
 }
 
-WebReply preview(const OpenedFolder& folder, const Json& asked) {
-    const Descriptor home = home_of(folder, asked);
-    ProcessOutput said =
-        run_self({"report", "-", "--json", "-"}, home.number(), text_at_key(asked, "text"), kPatience);
+// The JSON that `sidewall report` prints in a folder, or the problem that it tells.
+WebReply reported(const std::vector<std::string>& words, const Descriptor& folder, const std::string& input) {
+    ProcessEnd said = run_self(words, folder.number(), input);
     if (said.exit_code != 0) return reply_of(problem_of(said.messages));
     return {.body = std::move(said.output)};
 }
 
 WebReply check(const OpenedFolder& folder, const Json& asked) {
     const Descriptor home = home_of(folder, asked);
-    const ProcessOutput said = run_self({"check", "-"}, home.number(), text_at_key(asked, "text"), kPatience);
+    const ProcessEnd said = run_self({"check", "-"}, home.number(), text_at_key(asked, "text"));
     if (said.exit_code != 0) return reply_of(problem_of(said.messages));
     return reply_of({{"text", notes_of(said.messages) + findings_of(said.output)}});
 }
@@ -205,10 +194,7 @@ WebReply results(const OpenedFolder& folder, const WebRequest& request) {
     if (request.query.contains("last")) words.emplace_back("--last");
     words.emplace_back("--");
     for (const std::string& name : runs_asked(folder, request)) words.push_back("./" + name);
-    const Descriptor here = folder.folder("");
-    ProcessOutput said = run_self(words, here.number(), "", kPatience);
-    if (said.exit_code != 0) return reply_of(problem_of(said.messages));
-    return {.body = std::move(said.output)};
+    return reported(words, folder.folder(""), "");
 }
 
 Json contents_json(const OpenedFolder& folder, const std::string& first) {
@@ -237,7 +223,6 @@ Json log_json(const OpenedFolder& folder, const WebRequest& request) {
     return {{"text", text}};
 }
 
-// Parses a measured profile (CSV) to columns of numbers.
 Json profile_json(const Json& asked) {
     constexpr std::size_t kMost = 200'000;
     const CsvTable table = parse_csv(text_at_key(asked, "text"), "the file", kMost / 2);
@@ -257,7 +242,8 @@ WebReply got(const OpenedFolder& folder, const std::string& first, const WebRequ
     if (request.path == "/api/table") return reply_of(table_json(folder));
     if (request.path == "/api/text") return text_reply(folder, request);
     if (request.path == "/api/keys") {
-        const Json decks = decks_json();
+        Json decks = Json::object();
+        for (const Deck& deck : shipped_decks()) decks[deck.name] = deck.model;
         return reply_of({{"sections", keys_json(decks)}, {"shipped", shipped_recipes()}, {"decks", decks}});
     }
     if (request.path == "/api/log") return reply_of(log_json(folder, request));
@@ -265,7 +251,8 @@ WebReply got(const OpenedFolder& folder, const std::string& first, const WebRequ
 }
 
 WebReply posted(const OpenedFolder& folder, const std::string& path, const Json& asked) {
-    if (path == "/api/preview") return preview(folder, asked);
+    if (path == "/api/preview")
+        return reported({"report", "-", "--json", "-"}, home_of(folder, asked), text_at_key(asked, "text"));
     if (path == "/api/check") return check(folder, asked);
     const auto turn = own_turn();
     if (path == "/api/save") return reply_of(save(folder, asked));
@@ -277,18 +264,15 @@ WebReply posted(const OpenedFolder& folder, const std::string& path, const Json&
 
 }  // namespace
 
-Workbench::Workbench(const OpenedFolder& folder, std::string recipe)
-    : folder_(folder), recipe_(std::move(recipe)) {}
-
-WebReply Workbench::answer(const WebRequest& request) const {
+WebReply workbench_reply(const WebRequest& request, const OpenedFolder& folder, const std::string& recipe) {
     try {
         if (request.method == "POST") {
             constexpr std::size_t kMostValues = 10'000;
             const Json asked = parse_json(request.body, kMostValues);
             if (!asked.is_object()) return {.status = 400, .type = "text/plain", .body = "not JSON\n"};
-            return posted(folder_, request.path, asked);
+            return posted(folder, request.path, asked);
         }
-        return got(folder_, recipe_, request);
+        return got(folder, recipe, request);
     } catch (const NotInside& error) {
         return {
             .status = 404, .type = "text/plain; charset=utf-8", .body = fmt::format("{}\n", error.what())};

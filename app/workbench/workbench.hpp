@@ -1,5 +1,4 @@
 #pragma once
-#include <memory>
 #include <string>
 
 #include "app/workbench/web_server.hpp"
@@ -8,21 +7,12 @@ namespace sidewall::app {
 
 class OpenedFolder;
 
-/// Answers requests of the workbench's page: edit, check and preview recipes; start, stop and show runs.
+/// Answers a request of the workbench's page: edits, checks and previews recipes; starts, stops and shows runs.
 ///
 /// All state is in the folder's files. Runs are separate processes: page and command line can each resume
 /// what the other began. Work that needs much memory or time is done by other processes of this program.
-class Workbench {
-  public:
-    /// \param recipe  name in the folder of the recipe to open first; may be empty.
-    Workbench(const OpenedFolder& folder, std::string recipe);
-
-    /// Answers a request; thread-safe. Errors that the user can correct give {"problem": ...} and status 200.
-    WebReply answer(const WebRequest& request) const;
-
-  private:
-    const OpenedFolder& folder_;
-    std::string recipe_;
-};
+/// Thread-safe. Errors that the user can correct give {"problem": ...} and status 200.
+/// \param recipe  name in the folder of the recipe to open first; may be empty.
+WebReply workbench_reply(const WebRequest& request, const OpenedFolder& folder, const std::string& recipe);
 
 }  // namespace sidewall::app

@@ -80,12 +80,12 @@ TEST_CASE("a figure without a material that there is none of, or of no figure, i
         "[domain]\nextent = [4.0]\ngrid_spacing = 0.1\n[[layer]]\nmaterial = \"Si\"\n[[step]]\n"
         "model = \"isotropic\"\nduration = 1.0\nrate = -0.1\nstop = \"depth_without_Polymer > 0.05\"\n",
         "measures.toml");
-    CHECK(is_figure(recipe, "scallop_pitch_without_Polymer"));
-    CHECK(is_figure(recipe, "depth_without_photoresist"));       // a common word for a material
-    CHECK_FALSE(is_figure(recipe, "scallops_without_Polymer"));  // stands for several
-    CHECK_FALSE(is_figure(recipe, "depth_without_Polimer"));
-    CHECK_FALSE(is_figure(recipe, "mean_rate_without_Polymer"));
-    CHECK_FALSE(is_figure(recipe, "_without_Polymer"));
+    CHECK(word_of(recipe, "scallop_pitch_without_Polymer"));
+    CHECK(word_of(recipe, "depth_without_photoresist"));       // a common word for a material
+    CHECK_FALSE(word_of(recipe, "scallops_without_Polymer"));  // stands for several
+    CHECK_FALSE(word_of(recipe, "depth_without_Polimer"));
+    CHECK_FALSE(word_of(recipe, "mean_rate_without_Polymer"));
+    CHECK_FALSE(word_of(recipe, "_without_Polymer"));
     CHECK_THROWS_AS(require_measure(recipe, "thickness_Si_at_9_without_Polymer", "measures[0]"), KeyError);
 }
 

@@ -40,10 +40,8 @@ enum Record : std::uint8_t {
 struct Entry {
     std::uint8_t type = 0;
     std::string_view data;
-    std::size_t at = 0;  // position of the record in the file
 };
 
-// Fields of an element, collected until its end.
 struct Element {
     std::uint8_t kind = 0;
     int layer = 0, datatype = 0, path_type = 0;
@@ -81,37 +79,31 @@ class GdsParser {
     Entry next() {
         at_ = position_;
         if (bytes_.size() - position_ < 4) fail("the file is cut off");
-        const auto byte = [&](std::size_t k) { return static_cast<std::uint8_t>(bytes_[position_ + k]); };
-        const std::size_t length = static_cast<std::size_t>(byte(0) << 8 | byte(1));
+        const std::size_t length = integer<std::uint16_t>(bytes_.substr(position_));
         if (length < 4 || length % 2 != 0) fail("a record's length is damaged");
         if (length > bytes_.size() - position_) fail("the file is cut off");
-        const Entry field{byte(2), bytes_.substr(position_ + 4, length - 4), position_};
+        const Entry field{static_cast<std::uint8_t>(bytes_[position_ + 2]),
+                          bytes_.substr(position_ + 4, length - 4)};
         position_ += length;
         return field;
     }
 
-    int short_at(std::string_view data, std::size_t k) const {
-        if (data.size() < 2 * k + 2) fail("a record is too short");
-        const auto high = static_cast<std::uint8_t>(data[2 * k]),
-                   low = static_cast<std::uint8_t>(data[2 * k + 1]);
-        return static_cast<std::int16_t>(high << 8 | low);
-    }
-
-    double long_at(std::string_view data, std::size_t k) const {
-        if (data.size() < 4 * k + 4) fail("a record is too short");
-        std::uint32_t value = 0;
-        for (std::size_t b = 0; b < 4; ++b) value = value << 8 | static_cast<std::uint8_t>(data[4 * k + b]);
-        return static_cast<std::int32_t>(value);
+    // Integer number \p k of a record; the highest byte comes first.
+    template <class Integer>
+    Integer integer(std::string_view data, std::size_t k = 0) const {
+        if (data.size() < (k + 1) * sizeof(Integer)) fail("a record is too short");
+        std::uint64_t value = 0;
+        for (const char byte : data.substr(k * sizeof(Integer), sizeof(Integer)))
+            value = value << 8 | static_cast<std::uint8_t>(byte);
+        return static_cast<Integer>(value);
     }
 
     // GDSII real: a sign bit, 7 bits of exponent to base 16, offset by 64, and 56 bits of fraction.
     double real(std::string_view data) const {
-        if (data.size() < 8) fail("a record is too short");
-        std::uint64_t fraction = 0;
-        for (std::size_t b = 1; b < 8; ++b) fraction = fraction << 8 | static_cast<std::uint8_t>(data[b]);
-        const auto first = static_cast<std::uint8_t>(data[0]);
-        const double size = std::ldexp(static_cast<double>(fraction), 4 * ((first & 0x7f) - 64) - 56);
-        return first & 0x80 ? -size : size;
+        const auto bits = integer<std::uint64_t>(data);
+        const int exponent = 4 * (static_cast<int>(bits >> 56 & 0x7f) - 64) - 56;
+        const double size = std::ldexp(static_cast<double>(bits & 0xff'ffff'ffff'ffff), exponent);
+        return bits >> 63 != 0 ? -size : size;
     }
 
     std::string text(std::string_view data) const {
@@ -139,60 +131,30 @@ class GdsParser {
         Element e;
         e.kind = kind;
         while (true) {
-            const Entry field = next();
-            switch (field.type) {
-                case kEndElement:
-                    return e;
-                case kEndCell:
-                case kEndLibrary:
-                case kBeginCell:
-                    fail("an element has no end");
-                case kLayer:
-                    e.layer = short_at(field.data, 0) & 0xffff;
-                    break;
-                case kDatatype:
-                case kBoxType:
-                    e.datatype = short_at(field.data, 0) & 0xffff;
-                    break;
-                case kPathType:
-                    e.path_type = short_at(field.data, 0);
-                    break;
-                case kWidth:
-                    e.width = long_at(field.data, 0);
-                    break;
-                case kBeginExtension:
-                    e.begin = long_at(field.data, 0);
-                    break;
-                case kEndExtension:
-                    e.end = long_at(field.data, 0);
-                    break;
-                case kPoints:
-                    if (field.data.size() % 8 != 0) fail("a record of points is damaged");
-                    for (std::size_t k = 0; k < field.data.size() / 8; ++k)
-                        e.points.push_back({long_at(field.data, 2 * k), long_at(field.data, 2 * k + 1)});
-                    break;
-                case kReferenceName:
-                    e.reference.cell = text(field.data);
-                    break;
-                case kColumnsRows:
-                    for (std::size_t k = 0; k < 2; ++k) {
-                        const int count = short_at(field.data, k);
-                        if (count < 1) fail("an array has no columns or rows");
-                        (k == 0 ? e.repetition.columns : e.repetition.rows) =
-                            static_cast<std::uint64_t>(count);
-                    }
-                    break;
-                case kTransform:
-                    e.reference.mirror = (short_at(field.data, 0) & 0x8000) != 0;
-                    break;
-                case kMagnification:
-                    e.reference.magnification = real(field.data);
-                    break;
-                case kAngle:
-                    e.reference.angle = real(field.data) * std::numbers::pi / 180.0;
-                    break;
-                default:
-                    break;
+            const auto [type, data] = next();
+            if (type == kEndElement) return e;
+            if (type == kEndCell || type == kEndLibrary || type == kBeginCell) fail("an element has no end");
+            if (type == kLayer) e.layer = integer<std::uint16_t>(data);
+            if (type == kDatatype || type == kBoxType) e.datatype = integer<std::uint16_t>(data);
+            if (type == kPathType) e.path_type = integer<std::int16_t>(data);
+            if (type == kWidth) e.width = integer<std::int32_t>(data);
+            if (type == kBeginExtension) e.begin = integer<std::int32_t>(data);
+            if (type == kEndExtension) e.end = integer<std::int32_t>(data);
+            if (type == kReferenceName) e.reference.cell = text(data);
+            if (type == kTransform) e.reference.mirror = (integer<std::uint16_t>(data) & 0x8000) != 0;
+            if (type == kMagnification) e.reference.magnification = real(data);
+            if (type == kAngle) e.reference.angle = real(data) * std::numbers::pi / 180.0;
+            if (type == kPoints) {
+                if (data.size() % 8 != 0) fail("a record of points is damaged");
+                for (std::size_t k = 0; k < data.size() / 4; k += 2)
+                    e.points.push_back({static_cast<double>(integer<std::int32_t>(data, k)),
+                                        static_cast<double>(integer<std::int32_t>(data, k + 1))});
+            }
+            if (type == kColumnsRows) {
+                const int columns = integer<std::int16_t>(data), rows = integer<std::int16_t>(data, 1);
+                if (columns < 1 || rows < 1) fail("an array has no columns or rows");
+                e.repetition.columns = static_cast<std::uint64_t>(columns);
+                e.repetition.rows = static_cast<std::uint64_t>(rows);
             }
         }
     }

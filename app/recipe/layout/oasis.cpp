@@ -102,34 +102,23 @@ class OasisParser {
 
     // Handles records that draw nothing. Returns whether it was one.
     bool modes(std::uint64_t type) {
-        switch (type) {
-            case 0:
-                return true;
-            case 13:
-            case 14:
-                finish_cell();
-                modal_ = {};
-                open_.emplace(type == 13 ? key_of(in_.number()) : in_.text(), LayoutCell{});
-                return true;
-            case 15:
-            case 16:
-                modal_.relative = type == 16;
-                return true;
-            case 28:
-                property();
-                return true;
-            case 29:
-                return true;
-            case 32:
-                in_.number();
-                in_.text();
-                return true;
-            case 34:
-                in_.open_block();
-                return true;
-            default:
-                return false;
+        if (type == 13 || type == 14) {
+            finish_cell();
+            modal_ = {};
+            open_.emplace(type == 13 ? key_of(in_.number()) : in_.text(), LayoutCell{});
+        } else if (type == 15 || type == 16) {
+            modal_.relative = type == 16;
+        } else if (type == 28) {
+            property();
+        } else if (type == 32) {
+            in_.number();
+            in_.text();
+        } else if (type == 34) {
+            in_.open_block();
+        } else {
+            return type == 0 || type == 29;
         }
+        return true;
     }
 
     void property() {
@@ -158,31 +147,16 @@ class OasisParser {
 
     void element(std::uint64_t type) {
         if (!open_) in_.fail("an element lies outside all cells, or a record is of an unknown type");
-        switch (type) {
-            case 17:
-            case 18:
-                return placement(type == 18);
-            case 19:
-                return text();
-            case 20:
-                return rectangle();
-            case 21:
-                return polygon();
-            case 22:
-                return path();
-            case 23:
-            case 24:
-            case 25:
-                return trapezoid(type);
-            case 26:
-                return compact_trapezoid();
-            case 27:
-                return circle();
-            case 33:
-                in_.fail("an XGEOMETRY record, whose meaning OASIS leaves to the program that wrote it");
-            default:
-                in_.fail("a record is of an unknown type");
-        }
+        if (type == 17 || type == 18) return placement(type == 18);
+        if (type == 19) return text();
+        if (type == 20) return rectangle();
+        if (type == 21) return polygon();
+        if (type == 22) return path();
+        if (type >= 23 && type <= 25) return trapezoid(type);
+        if (type == 26) return compact_trapezoid();
+        if (type == 27) return circle();
+        in_.fail(type == 33 ? "an XGEOMETRY record, whose meaning OASIS leaves to the program that wrote it"
+                            : "a record is of an unknown type");
     }
 
     // Reads the position and repetition at the end of each element; returns the index of the repetition.
@@ -287,19 +261,9 @@ class OasisParser {
     }
 
     void extension(std::uint64_t scheme, double half, std::optional<double>& value) {
-        switch (scheme & 3) {
-            case 1:
-                value = 0.0;
-                break;
-            case 2:
-                value = half;
-                break;
-            case 3:
-                value = in_.signed_length();
-                break;
-            default:
-                break;
-        }
+        if ((scheme & 3) == 1) value = 0.0;
+        if ((scheme & 3) == 2) value = half;
+        if ((scheme & 3) == 3) value = in_.signed_length();
     }
 
     void trapezoid(std::uint64_t type) {
@@ -329,22 +293,11 @@ class OasisParser {
         const std::uint64_t type = known(modal_.compact);
         if (type >= kCompact.size()) in_.fail("a CTRAPEZOID is of an unknown type");
         const auto length = [&](char c) {
-            switch (c) {
-                case 'w':
-                    return known(modal_.width);
-                case 'h':
-                    return known(modal_.height);
-                case 'W':
-                    return 2.0 * known(modal_.width);
-                case 'H':
-                    return 2.0 * known(modal_.height);
-                case 'd':
-                    return known(modal_.width) - known(modal_.height);
-                case 'e':
-                    return known(modal_.height) - known(modal_.width);
-                default:
-                    return 0.0;
-            }
+            if (c == '0') return 0.0;
+            if (c == 'd') return known(modal_.width) - known(modal_.height);
+            if (c == 'e') return known(modal_.height) - known(modal_.width);
+            const double size = known(c == 'w' || c == 'W' ? modal_.width : modal_.height);
+            return c == 'W' || c == 'H' ? 2.0 * size : size;
         };
         const std::string_view corners = kCompact[type];
         for (std::size_t k = 0; k < corners.size(); k += 2)

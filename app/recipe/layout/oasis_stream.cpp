@@ -2,7 +2,6 @@
 
 #include <bit>
 
-#include "app/recipe/layout/layout.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {

@@ -114,8 +114,8 @@ TEST_CASE("a measure is asked for by its word or by the name of its figure") {
     want_measure(recipe, "mean_rate", "--measure");
     CHECK(recipe.metrology.measures == std::vector<std::string>{"depth", "film", "cd"});
     CHECK(recipe.metrology.cd_depths == std::vector<double>{0.25});
-    CHECK(is_figure(recipe, "added_volume_SiO2"));
-    CHECK_FALSE(is_figure(recipe, "film"));
+    CHECK(word_of(recipe, "added_volume_SiO2"));
+    CHECK_FALSE(word_of(recipe, "film"));
     CHECK_THROWS_WITH(want_measure(recipe, "step_coverge_side", "--measure"),
                       Catch::Contains("step_coverage_side?"));
     for (const std::string name :

@@ -13,7 +13,6 @@
 #include "app/common/files.hpp"
 #include "app/recipe/effective_recipe.hpp"
 #include "app/report/recipe_page.hpp"
-#include "app/workbench/launch.hpp"
 #include "app/workbench/opened_folder.hpp"
 #include "app/workbench/runs.hpp"
 #include "tests/folder.hpp"
@@ -30,7 +29,6 @@ const std::string kRecipe = "# by hand\n[domain]\nextent = [4.0]\n";
 struct Opened {
     Folder outside, inside;
     OpenedFolder folder{inside.path};
-    Workbench workbench{folder, "a.toml"};
 
     Opened() {
         std::ofstream(outside.path / "secret.toml") << "secret\n";
@@ -44,11 +42,12 @@ struct Opened {
     }
 
     WebReply get(const std::string& path, const std::string& name, const std::string& value) const {
-        return workbench.answer({.method = "GET", .path = path, .query = {{name, value}}, .body = {}});
+        return answer({.method = "GET", .path = path, .query = {{name, value}}, .body = {}});
     }
     WebReply post(const std::string& path, const Json& body) const {
-        return workbench.answer({.method = "POST", .path = path, .query = {}, .body = body.dump()});
+        return answer({.method = "POST", .path = path, .query = {}, .body = body.dump()});
     }
+    WebReply answer(const WebRequest& request) const { return workbench_reply(request, folder, "a.toml"); }
 };
 
 std::string text_of(const fs::path& file) {
@@ -315,7 +314,7 @@ TEST_CASE("a hostile body of 4 MB is refused, however it is made", "[foreign]") 
     for (const std::string& body : bodies) {
         CAPTURE(body.substr(0, 40));
         for (const char* path : {"/api/save", "/api/profile", "/api/start", "/api/stop"}) {
-            const WebReply reply = opened.workbench.answer({"POST", path, {}, body});
+            const WebReply reply = opened.answer({"POST", path, {}, body});
             const bool refused = reply.status >= 400 || Json::parse(reply.body).contains("problem");
             CHECK(refused);
         }
@@ -380,8 +379,7 @@ TEST_CASE("writes 17 MB", "[.]") {  // run by the next test
 TEST_CASE("an answer that is too large is refused, not cut", "[foreign]") {
     const Opened opened;
     const Descriptor here = opened.folder.folder("");
-    CHECK_THROWS_WITH(run_self({"writes 17 MB"}, here.number(), "", std::chrono::seconds(60)),
-                      Catch::Contains("over 16000000"));
+    CHECK_THROWS_WITH(run_self({"writes 17 MB"}, here.number(), ""), Catch::Contains("over 16000000"));
 }
 
 TEST_CASE("the list of a large folder ends at a bound, and says so", "[foreign]") {
@@ -434,7 +432,7 @@ TEST_CASE("the page offers chemistries of a step's own model, and all by name") 
 TEST_CASE("what is no request of the page gets 400 or 404", "[foreign]") {
     const Opened opened;
     for (const char* body : {"", "[]", "{", "null", "\"text\"", "{\"path\": 1"})
-        CHECK(opened.workbench.answer({"POST", "/api/check", {}, body}).status == 400);
+        CHECK(opened.answer({"POST", "/api/check", {}, body}).status == 400);
     for (const char* path :
          {"/api/save", "/api/check", "/api/preview", "/api/stop", "/api/profile", "/api/none"}) {
         CHECK(opened.post(path, Json::object()).status == 404);
