@@ -39,6 +39,11 @@ struct Domain {
         const auto a = static_cast<std::size_t>(axis);
         return side[a] == Side::periodic ? cells[a] - 1 : cells[a];
     }
+    /// Length after which the wafer repeats along x and y; 0 between reflective sides.
+    std::array<double, 2> period() const {
+        return {side[0] == Side::periodic ? max[0] - min[0] : 0.0,
+                side[1] == Side::periodic ? max[1] - min[1] : 0.0};
+    }
     double finest_spacing() const { return spacing / times_finest; }
     bool owns(int i, int j) const { return i >= 0 && j >= 0 && i <= last_node(0) && j <= last_node(1); }
 
