@@ -39,6 +39,14 @@ struct Domain {
         const auto a = static_cast<std::size_t>(axis);
         return side[a] == Side::periodic ? cells[a] - 1 : cells[a];
     }
+    /// Length after which the wafer repeats along x and y; 0 between reflective sides, and along an axis of one
+    /// cell, where it does not change.
+    std::array<double, 2> period() const {
+        const auto along = [&](std::size_t a) {
+            return side[a] == Side::periodic && cells[a] > 1 ? max[a] - min[a] : 0.0;
+        };
+        return {along(0), along(1)};
+    }
     double finest_spacing() const { return spacing / times_finest; }
     bool owns(int i, int j) const { return i >= 0 && j >= 0 && i <= last_node(0) && j <= last_node(1); }
 

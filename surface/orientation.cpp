@@ -171,13 +171,13 @@ std::size_t close_openings(TriangleMesh& mesh, const RepairOptions& options) {
     const std::vector<double> areas = connected_areas(mesh);
     std::size_t closed = 0;
     for (const Chain& chain : join_links(links)) {
-        Box3 bounds;
+        std::vector<Vec3> rim;
         Vec3 middle = Vec3::Zero();
         for (const std::uint32_t k : chain.links) {
-            bounds.extend(mesh.vertices[links[k].from]);
-            middle += mesh.vertices[links[k].from] / static_cast<double>(chain.links.size());
+            rim.push_back(mesh.vertices[links[k].from]);
+            middle += rim.back() / static_cast<double>(chain.links.size());
         }
-        if (!options.closes(bounds)) continue;
+        if (!options.closes(rim)) continue;
         mesh.vertex_attributes.clear();
         mesh.triangle_attributes.clear();
         const auto centre = static_cast<std::uint32_t>(mesh.vertices.size());

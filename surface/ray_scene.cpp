@@ -201,4 +201,20 @@ SurfaceHit RayScene::closest_point(const Vec3& query, double radius) const {
     return state.best;
 }
 
+SurfaceHit RayScene::closest_point(const Vec3& query, double radius,
+                                   const std::array<double, 2>& period) const {
+    // A repeat must be nearer by more than rounding.
+    const double least = 1e-9 * (query.cwiseAbs().maxCoeff() + period[0] + period[1]);
+    SurfaceHit best = closest_point(query, radius);
+    for (const int x : {0, 1, -1})
+        for (const int y : {0, 1, -1}) {
+            if ((x == 0 && y == 0) || (x != 0 && period[0] == 0.0) || (y != 0 && period[1] == 0.0)) continue;
+            if (best && best.distance <= least) return best;
+            const SurfaceHit hit = closest_point(query + Vec3(x * period[0], y * period[1], 0.0),
+                                                 best ? best.distance - least : radius);
+            if (hit) best = hit;
+        }
+    return best;
+}
+
 }  // namespace sidewall::surface

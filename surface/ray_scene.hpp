@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -67,6 +68,10 @@ class RayScene {
     /// Point of the surface closest to \p query, computed in double precision on the original vertices; no
     /// triangle if the surface is farther than \p radius.
     SurfaceHit closest_point(const Vec3& query, double radius) const;
+
+    /// Closest point of a surface that repeats after \p period along x and y; 0: not along that axis. Its
+    /// distance is that of the repeat, its `point` lies on the mesh. Of points as close, the mesh's own counts.
+    SurfaceHit closest_point(const Vec3& query, double radius, const std::array<double, 2>& period) const;
 
     /// The mesh as it was given, in double precision.
     std::span<const Vec3> vertices() const { return vertices_; }

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <functional>
+#include <span>
 #include <string>
 
 #include "surface/triangle_mesh.hpp"
@@ -24,8 +25,8 @@ struct Repairs {
 struct RepairOptions {
     /// Whether pieces are oriented towards the gas; else only the triangles within a piece are made to agree.
     bool face_gas = true;
-    /// Whether to close the opening with these bounds; attributes are lost then. Empty: none is closed.
-    std::function<bool(const Box3&)> closes = {};
+    /// Whether to close the opening with this rim; attributes are lost then. Empty: none is closed.
+    std::function<bool(std::span<const Vec3>)> closes = {};
 };
 
 /// Repairs meshes of other programs so that they separate gas from material, where only one repair is right.

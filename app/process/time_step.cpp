@@ -34,22 +34,9 @@ double thickest(const levelset::MaterialStack& stack, const TriangleMesh& surfac
     const TriangleMesh below = levelset::extract_surface(stack, stack.layers.size() - 2);
     if (below.triangles.empty()) return 0.0;
     const surface::RayScene scene(below);
-    // A film may have grown across a periodic side: images of its points look for the layer below, too.
-    std::vector<Vec3> shifts{Vec3::Zero()};
-    for (std::size_t axis = 0; axis < 2; ++axis) {
-        if (stack.domain.side[axis] != levelset::Side::periodic) continue;
-        const Vec3 period =
-            (stack.domain.max[axis] - stack.domain.min[axis]) * Vec3::Unit(static_cast<Eigen::Index>(axis));
-        for (std::size_t k = shifts.size(); k-- > 0;)
-            shifts.insert(shifts.end(), {shifts[k] + period, shifts[k] - period});
-    }
     double most = 0.0;
-    for (const Vec3& p : surface.vertices) {
-        double least = kInfinity;
-        for (const Vec3& shift : shifts)
-            if (const auto hit = scene.closest_point(p + shift, least)) least = hit.distance;
-        most = std::max(most, least);
-    }
+    for (const Vec3& p : surface.vertices)
+        most = std::max(most, scene.closest_point(p, kInfinity, stack.domain.period()).distance);
     return most;
 }
 

@@ -86,6 +86,11 @@ struct DomainExit {
 /// \param start, direction  of the ray before it crossed any side.
 DomainExit domain_exit(const Geometry& geometry, const Vec3& start, const Vec3& direction);
 
+/// The first hit of a ray that continues through sides; none if it rises above the surface, leaves through an
+/// open side or crosses 10,000 sides.
+/// \param position  in the box or on its sides.
+surface::RayHit first_hit(const surface::RayScene& scene, const LateralBox& box, Vec3 position, Vec3 path);
+
 /// Whether the source is visible in direction \p path: the ray, continued through sides, rises above the
 /// surface or leaves through an open side without a hit. One that crosses 10,000 sides counts as hidden.
 /// \param position  off the surface, in the box or on its sides.

@@ -106,7 +106,7 @@ GridPtr coarser_grid(const Grid& grid, const Domain& domain) {
         const auto own = [&](int axis) {
             return std::clamp(static_cast<int>(std::lround(index[axis])), 0, domain.last_node(axis));
         };
-        const double d = scene.closest_point(p, std::numeric_limits<double>::max()).distance;
+        const double d = scene.closest_point(p, std::numeric_limits<double>::max(), domain.period()).distance;
         return inside(grid, openvdb::Coord(own(0), own(1), static_cast<int>(std::lround(index.z())))) ? -d
                                                                                                       : d;
     };

@@ -15,21 +15,27 @@ namespace sidewall::levelset {
 
 using Segments = std::vector<std::array<Vec3, 2>>;
 
-/// Finds the point on many segments nearest to a given one, by a hash grid of their ends.
+/// Finds the point on many segments nearest to a given one, by a hash grid of their ends and of points between
+/// them at most a cell apart.
 class NearestOnSegments {
   public:
     NearestOnSegments() = default;
     NearestOnSegments(Segments segments, double size) : segments_(std::move(segments)), size_(size) {
         for (std::uint32_t n = 0; n < segments_.size(); ++n) {
-            const openvdb::Coord a = cell(segments_[n][0]), b = cell(segments_[n][1]);
-            for (const openvdb::Coord& c : {a, b})
-                if (std::vector<std::uint32_t>& list = cells_[c]; list.empty() || list.back() != n)
-                    list.push_back(n);
+            const auto& [a, b] = segments_[n];
+            const auto list_at = [&](const Vec3& p) {
+                std::vector<std::uint32_t>& list = cells_[cell(p)];
+                if (list.empty() || list.back() != n) list.push_back(n);
+            };
+            list_at(a);
+            list_at(b);
+            const double parts = std::ceil((b - a).norm() / size_);
+            for (double k = 1.0; k < parts; k += 1.0) list_at(a + k / parts * (b - a));
         }
     }
 
-    /// The nearest point on the segments, none if it is farther than the size of a cell. Segments without an
-    /// end in the 27 cells around \p point, which are longer than a cell, are not found.
+    /// The nearest point on the segments, none if it is farther than the size of a cell; one within half of that
+    /// is sure to be found.
     std::optional<Vec3> at(const Vec3& point) const {
         std::optional<Vec3> nearest;
         double least = size_ * size_;

@@ -147,6 +147,13 @@ void keep_out_of_voids(Grid& film, const MaterialStack& stack) {
     }
     const surface::RayScene scene(surface), beside_voids(voids);
     box = {box.min - Vec3::Constant(reach), box.max + Vec3::Constant(reach)};
+    const std::array<double, 2> period = domain.period();
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+        double &low = box.min[static_cast<Eigen::Index>(axis)],
+               &high = box.max[static_cast<Eigen::Index>(axis)];
+        if (period[axis] > 0.0 && (low < domain.min[axis] || high > domain.max[axis]))
+            low = domain.min[axis], high = domain.max[axis];
+    }
     std::vector<std::pair<openvdb::Coord, float>>
         missing;  // leaves of the surface that the film lacks, and their value
     for (auto leaf = stack.top().tree().cbeginLeaf(); leaf; ++leaf)
@@ -162,8 +169,8 @@ void keep_out_of_voids(Grid& film, const MaterialStack& stack) {
                          domain.coordinate(2, c.z()));
             if ((p.array() < box.min.array()).any() || (p.array() > box.max.array()).any()) continue;
             const bool material = stack.top().tree().getValue(c) < 0.0f;
-            const surface::SurfaceHit hit =
-                material ? beside_voids.closest_point(p, reach) : scene.closest_point(p, 1e30);
+            const surface::SurfaceHit hit = material ? beside_voids.closest_point(p, reach, period)
+                                                     : scene.closest_point(p, 1e30, period);
             if (hit && (material || sealed[hit.triangle] != 0)) leaf.setValueOnly(k, film.background());
         }
     });

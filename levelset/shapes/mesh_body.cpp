@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "surface/distance.hpp"
@@ -22,16 +23,26 @@ constexpr double kNearSide = 5.0;          // in dx; wider than any narrow band
 constexpr double kPeriodTolerance = 1e-6;  // of a period: tolerance of bodies that reach from side to side
 
 // Whether an opening lies off the domain's sides. One that reaches all four sides is the rim of a surface
-// over the domain, and one within a single side is the end of a body there.
-bool is_off_sides(const Box3& opening, const Domain& domain) {
-    int sides = 0;
-    for (std::size_t axis = 0; axis < 2; ++axis) {
-        const auto a = static_cast<Eigen::Index>(axis);
-        const double low = domain.min[axis] + domain.spacing, high = domain.max[axis] - domain.spacing;
-        if (opening.max[a] <= low || opening.min[a] >= high) return false;
-        sides += (opening.min[a] <= low ? 1 : 0) + (opening.max[a] >= high ? 1 : 0);
+// over the domain, and one with each of its edges along a side is the end of a body there.
+bool is_off_sides(std::span<const Vec3> rim, const Domain& domain) {
+    const auto sides_at = [&](const Vec3& p) {
+        unsigned sides = 0;
+        for (std::size_t axis = 0; axis < 2; ++axis) {
+            const double at = p[static_cast<Eigen::Index>(axis)];
+            sides |= (at <= domain.min[axis] + domain.spacing ? 1u : 0u) << 2 * axis |
+                     (at >= domain.max[axis] - domain.spacing ? 2u : 0u) << 2 * axis;
+        }
+        return sides;
+    };
+    unsigned reached = 0, before = sides_at(rim.back());
+    bool along = true;
+    for (const Vec3& p : rim) {
+        const unsigned here = sides_at(p);
+        along = along && (before & here) != 0;
+        reached |= here;
+        before = here;
     }
-    return sides < 4;
+    return !along && reached != 15;
 }
 
 bool contains(const Box3& outer, const Box3& inner) {
@@ -191,7 +202,7 @@ struct GroupDistance {
 ImportedMesh import_mesh(const std::string& file, const Domain& domain) {
     ImportedMesh imported{surface::read_mesh(file)};
     imported.repairs = surface::repair(
-        imported.mesh, {.closes = [&](const Box3& opening) { return is_off_sides(opening, domain); }});
+        imported.mesh, {.closes = [&](std::span<const Vec3> rim) { return is_off_sides(rim, domain); }});
     imported.bounds = bounding_box(imported.mesh);
     imported.over = bodies_over_sides(imported.mesh, domain);
     repeat_over_sides(imported.mesh, domain);

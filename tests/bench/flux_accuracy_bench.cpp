@@ -81,7 +81,7 @@ std::vector<double> lengths_by_flux(const Scene& raw, const simplify::Options& o
     const app::SurfaceField field = app::surface_field(before.mesh, before.wedges, {app::kFluxGradient},
                                                        {app::flux_gradient(before.mesh, arriving)});
     constexpr double kChange = 0.1;  // the recipes' default
-    return app::resolving_lengths(field, raw.mesh, kChange, raw.spacing);
+    return app::resolving_lengths(field, raw.mesh, {}, kChange, raw.spacing);
 }
 
 std::string shown(const std::optional<double>& value, const char* format) {

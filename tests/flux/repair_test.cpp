@@ -205,7 +205,9 @@ TEST_CASE("what is hidden takes the orientation of most of its area, whatever op
     turn(mesh, ground);
     const bool opening = GENERATE(false, true);
     if (opening) add(3.0, false, 1);
-    const Repairs repairs = repair(mesh, {.closes = [](const Box3& box) { return box.size().x() < 3.0; }});
+    const Repairs repairs = repair(mesh, {.closes = [](std::span<const Vec3> rim) {
+                                       return (rim[0] - rim[rim.size() / 2]).norm() < 3.0;
+                                   }});
     CHECK(repairs.closed == (opening ? 1 : 0));
     CHECK(repairs.turned == 1);
     for (std::size_t t = 0; t < sound.size(); ++t) CHECK(mesh.triangles[t] == sound[t]);

@@ -132,3 +132,33 @@ measures = ["undercut"]
     };
     CHECK(undercut("0.1") == Approx(undercut("0.05")).margin(0.02));
 }
+
+// The mask is a fin 3 cells wide. Ions reach it from both sides at slants of some 8 degrees.
+TEST_CASE("a mask is undercut at a periodic or mirrored side as far as in the middle") {
+    const std::string recipe = R"([domain]
+extent = [4.0]
+grid_spacing = 0.1
+boundary = ["periodic", "periodic"]
+[[layer]]
+material = "Si"
+[[layer]]
+material = "Mask"
+shape = "trench"
+thickness = 1.0
+width = 3.7
+[[step]]
+model = "multi_particle"
+duration = 0.25
+species = [ { name = "gas", sticking = 0.01, rate = { Si = -0.6 } }, { name = "ion", kind = "ion", rate = { Si = -0.3 }, source_exponent = 50 } ]
+[flux]
+rays = 20_000
+[metrology]
+measures = ["undercut"]
+)";
+    const auto undercut = [&](const std::string& set) {
+        return run_text(recipe, {set}).summary["metrology"]["undercut"].get<double>();
+    };
+    const double middle = undercut("layer[1].position=[2.0, 0.0]");
+    CHECK(undercut("layer[1].position=[0.0, 0.0]") == Approx(middle).margin(0.01));
+    CHECK(undercut(R"(domain.boundary=["reflective", "periodic"])") == Approx(middle).margin(0.01));
+}

@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "levelset/meshes/nearest_on_segments.hpp"
 #include "surface/distance.hpp"
 #include "surface/topology.hpp"
 #include "tests/levelset/grids.hpp"
@@ -85,6 +86,18 @@ void check_meshes(const StackMeshes& meshes) {
 }
 
 }  // namespace
+
+TEST_CASE("the nearest point on a segment is found wherever it lies on it, however long the segment is") {
+    const Vec3 from(0.3, -0.2, 0.1), way(9.0, 4.0, -6.0), across = Vec3(4.0, -9.0, 0.0).normalized();
+    const NearestOnSegments rim({{from, from + way}}, 1.0);
+    for (double share = 0.0; share <= 1.0; share += 0.01) {
+        const Vec3 on = from + share * way, beside = on + 0.45 * across;
+        const std::optional<Vec3> found = rim.at(beside);
+        INFO(share);
+        REQUIRE(found);
+        CHECK((*found - on).norm() < 1e-12);
+    }
+}
 
 TEST_CASE("no tooth of a mask hangs down where an undercut ends, wherever its underside lies between nodes") {
     for (const bool oblique : {false, true})

@@ -241,6 +241,23 @@ TEST_CASE("a plane stays one where columns of the coarser levels are cut off by 
     CHECK(in_part > 0);
 }
 
+TEST_CASE("a coarser level has the distances to a wall beyond a periodic side", "[levels]") {
+    const Domain domain = test::unit_domain(64, Side::periodic);
+    // A slot 30 deep with walls at 10 from the low side and 3.5 from the high one.
+    MaterialStack stack = stack_of(
+        domain,
+        [&](const Vec3& p) {
+            const double along = p.x() - 3.25, beside = std::abs(along - 64.0 * std::round(along / 64.0));
+            return std::min(std::max(p.z(), beside - 25.25), p.z() + 30.0);
+        },
+        -40, 10);
+    make_levels(stack, 2, 1);
+    const MaterialStack& coarser = *stack.coarser;
+    for (const double x : {0.0, 2.0})
+        CHECK(distance_at(coarser.top(), coarser.domain, {domain.min[0] + x, 0.0, -16.0}) ==
+              Approx(3.5 + x).margin(0.05));
+}
+
 TEST_CASE("a feature on a side is fine also in the last column, cut off by it", "[levels]") {
     // 29 coarse cells, an odd number; the side cuts a rod in half.
     const Domain domain = test::unit_domain(58);

@@ -200,6 +200,18 @@ TEST_CASE("small openings are closed, those in the domain's sides are not, and l
     CHECK(mended(line).empty());
     check(
         body_of(line), [](const Vec3& p) { return from_box(p, Vec3(-0.5, -9, 0), Vec3(0.5, 9, 1)); }, 1e-12);
+    // A block over an edge of the domain, without the faces in its two sides. Its upper face, all of whose
+    // corners lie on sides, is missing in a bar from side to side.
+    TriangleMesh corner = box(Vec3(-2, -2, 0), Vec3(-0.5, -0.5, 1));
+    corner.triangles.erase(corner.triangles.begin() + 6, corner.triangles.begin() + 8);
+    corner.triangles.erase(corner.triangles.begin() + 2, corner.triangles.begin() + 4);
+    CHECK(mended(corner).empty());
+    check(
+        body_of(corner), [](const Vec3& p) { return from_box(p, Vec3(-9, -9, 0), Vec3(-0.5, -0.5, 1)); },
+        1e-12);
+    TriangleMesh bar = box(Vec3(-0.5, -2, -1), Vec3(0.5, 2, 1));
+    bar.triangles.resize(10);
+    CHECK(mended(bar) == "1 openings were closed");
     TriangleMesh flat;  // does not reach the sides
     flat.vertices = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
     flat.triangles = {{0, 1, 2}, {0, 2, 3}};

@@ -6,6 +6,8 @@
 #include <limits>
 #include <span>
 
+#include "flux/tracer/flight.hpp"
+
 namespace sidewall::app {
 namespace {
 
@@ -26,15 +28,16 @@ struct Faces {
 };
 
 // \param way  from the node to the edge point, in cells.
-Faces faces_at(const TracedSurface& surface, const Vec3& edge, const Vec3& way, double dx,
-               std::int32_t body) {
+Faces faces_at(const TracedSurface& surface, const levelset::Domain& domain, const Vec3& edge,
+               const Vec3& way, std::int32_t body) {
+    const double dx = domain.spacing;
     const SurfaceFlux& arriving = *surface.arriving;
     Faces faces;
     surface::SurfaceHit own;
     double straightest = kStraight * way.norm(), least = std::numeric_limits<double>::infinity();
     for (int side = 0; side < 6; ++side) {
         const Vec3 beside = (side % 2 == 0 ? kBeside : -kBeside) * dx * Vec3::Unit(side / 2);
-        const auto hit = surface.scene->closest_point(edge + beside, 2.0 * kBeside * dx);
+        const auto hit = surface.scene->closest_point(edge + beside, 2.0 * kBeside * dx, domain.period());
         if (!hit) continue;
         const Vec3 normal = area_vector(surface.traced(), hit.triangle).normalized();
         if (arriving.materials[hit.triangle] != body)
@@ -55,8 +58,7 @@ bool is_hidden(const TracedSurface& surface, const Vec3& node, std::int32_t body
                std::span<const flux::DirectFlux::Direction> towards, bool profile) {
     return std::ranges::none_of(towards, [&](const flux::DirectFlux::Direction& d) {
         const Vec3 along(d.towards.x(), profile ? 0.0 : d.towards.y(), d.towards.z());
-        const surface::RayHit out =
-            surface.scene->closest_hit(node, along, 0.0, std::numeric_limits<double>::infinity());
+        const surface::RayHit out = flux::first_hit(*surface.scene, surface.box, node, along);
         return !out || surface.arriving->materials[out.triangle] == body;
     });
 }
@@ -81,7 +83,7 @@ std::vector<std::uint8_t> choose_faces(const TracedSurface& surface, const level
         const std::int32_t body = stack.layers[extension.body[k]].material;
         const Vec3 low(domain.min[0], domain.min[1], 0.0), way = sample.foot.cast<double>(),
                                                            node = low + dx * sample.node.cast<double>();
-        const Faces faces = faces_at(surface, node + dx * way, way, dx, body);
+        const Faces faces = faces_at(surface, domain, node + dx * way, way, body);
         if (!faces.through) return;
         bool lit = true;
         for (std::size_t b = 0; b < beams.size(); ++b) {

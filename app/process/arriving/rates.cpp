@@ -14,7 +14,6 @@
 #include "levelset/layers/levels.hpp"
 #include "levelset/meshes/pieces.hpp"
 #include "levelset/motion/speed_extension.hpp"
-#include "levelset/shapes/outline.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -111,10 +110,8 @@ std::vector<std::uint8_t> sealed_samples(const levelset::MaterialStack& stack, c
     sealed.resize(extension.samples.size());
     const surface::RayScene scene(surface.raw);
     tbb::parallel_for(std::size_t{0}, sealed.size(), [&](std::size_t n) {
-        Vec3 foot = levelset::surface_point(extension.samples[n], domain);
-        for (const int axis : {0, 1})  // it may lie beyond a periodic side
-            foot[axis] = levelset::wrapped(foot[axis], domain, axis);
-        if (const auto nearest = scene.closest_point(foot, domain.spacing))
+        const Vec3 foot = levelset::surface_point(extension.samples[n], domain);
+        if (const auto nearest = scene.closest_point(foot, domain.spacing, domain.period()))
             sealed[n] = triangles[nearest.triangle];
     });
     return sealed;

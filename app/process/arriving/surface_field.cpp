@@ -102,7 +102,7 @@ SurfaceField surface_field(const TriangleMesh& mesh, const flux::Wedges& wedges,
 }
 
 std::vector<std::vector<double>> carry(const SurfaceField& field, const std::vector<std::string>& names,
-                                       std::span<const Vec3> points) {
+                                       std::span<const Vec3> points, const flux::LateralBox& box) {
     std::vector<std::vector<double>> result(names.size(), std::vector<double>(points.size(), 0.0));
     std::vector<const std::vector<double>*> source(names.size(), nullptr);
     bool known = false;
@@ -115,8 +115,8 @@ std::vector<std::vector<double>> carry(const SurfaceField& field, const std::vec
     // radius skips most of the hierarchy. If that finds nothing, the search is repeated without a bound.
     const double reach = 1e-2 * diagonal(field.scene->vertices());
     tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t w) {
-        surface::SurfaceHit hit = field.scene->closest_point(points[w], reach);
-        if (!hit) hit = field.scene->closest_point(points[w], 1e30);
+        surface::SurfaceHit hit = field.scene->closest_point(points[w], reach, box.period());
+        if (!hit) hit = field.scene->closest_point(points[w], 1e30, box.period());
         const std::size_t c = 3 * std::size_t{hit.triangle};
         for (std::size_t k = 0; k < names.size(); ++k)
             if (source[k] != nullptr)
@@ -127,16 +127,18 @@ std::vector<std::vector<double>> carry(const SurfaceField& field, const std::vec
 }
 
 std::vector<std::vector<double>> carry(const SurfaceField& field, const std::vector<std::string>& names,
-                                       const TriangleMesh& mesh, const flux::Wedges& wedges) {
-    return carry(field, names, inner_points(mesh, wedges));
+                                       const TriangleMesh& mesh, const flux::Wedges& wedges,
+                                       const flux::LateralBox& box) {
+    return carry(field, names, inner_points(mesh, wedges), box);
 }
 
 std::vector<std::vector<double>> kept_or_carried(const SurfaceField& field,
                                                  const std::vector<std::string>& names,
-                                                 const TriangleMesh& mesh, const flux::Wedges& wedges) {
+                                                 const TriangleMesh& mesh, const flux::Wedges& wedges,
+                                                 const flux::LateralBox& box) {
     if (!field.scene || !std::ranges::equal(field.scene->triangles(), mesh.triangles) ||
         !std::ranges::equal(field.scene->vertices(), mesh.vertices))
-        return carry(field, names, mesh, wedges);
+        return carry(field, names, mesh, wedges, box);
     std::vector<std::vector<double>> kept(names.size(), std::vector<double>(wedges.count(), 0.0));
     for (std::size_t k = 0; k < names.size(); ++k) {
         const std::vector<double>* corner = corners_of(field, names[k]);
@@ -219,8 +221,8 @@ SurfaceField flux_field(const Model& model, const TracedSurface& surface) {
 }
 
 SurfaceFlux carried_fluxes(const Model& model, const SurfaceField& field, const TriangleMesh& mesh,
-                           SurfaceFlux parts) {
-    std::vector<std::vector<double>> values = carry(field, carried_names(model), mesh, parts.wedges);
+                           const flux::LateralBox& box, SurfaceFlux parts) {
+    std::vector<std::vector<double>> values = carry(field, carried_names(model), mesh, parts.wedges, box);
     const auto first_coverage = values.end() - static_cast<std::ptrdiff_t>(model.coverages.names.size());
     parts.coverage.assign(std::make_move_iterator(first_coverage), std::make_move_iterator(values.end()));
     parts.flux.assign(std::make_move_iterator(values.begin()), std::make_move_iterator(first_coverage));
@@ -236,7 +238,7 @@ struct FluxesOfTwo {
 
 FluxesOfTwo before_and_now(const Model& model, const SurfaceField& before, const TracedSurface& surface) {
     const auto sampled = [&](const SurfaceField& from) {
-        return carry(from, carried_names(model), surface.traced(), surface.arriving->wedges);
+        return carry(from, carried_names(model), surface.traced(), surface.arriving->wedges, surface.box);
     };
     return {sampled(before), sampled(flux_field(model, surface))};
 }

@@ -34,19 +34,22 @@ SurfaceField surface_field(const TriangleMesh& mesh, const flux::Wedges& wedges,
 
 /// Values at points near the surface, one list for each of \p names: those of the field's closest point; 0
 /// for names that it lacks. O(log n) a point, parallel, deterministic.
+/// \param box  the domain's sides; the closest point may lie across periodic ones.
 std::vector<std::vector<double>> carry(const SurfaceField& field, const std::vector<std::string>& names,
-                                       std::span<const Vec3> points);
+                                       std::span<const Vec3> points, const flux::LateralBox& box);
 
 /// Values on another surface, one list for each of \p names by wedge of \p mesh. Each search starts slightly
 /// inside the wedge's fan, so that it finds the right side of a crease.
 std::vector<std::vector<double>> carry(const SurfaceField& field, const std::vector<std::string>& names,
-                                       const TriangleMesh& mesh, const flux::Wedges& wedges);
+                                       const TriangleMesh& mesh, const flux::Wedges& wedges,
+                                       const flux::LateralBox& box);
 
 /// Values by wedge of \p mesh: carry(), but the unchanged values if it is the field's own mesh. So values on
 /// a surface that does not move keep every bit, where repeated searches would make them drift.
 std::vector<std::vector<double>> kept_or_carried(const SurfaceField& field,
                                                  const std::vector<std::string>& names,
-                                                 const TriangleMesh& mesh, const flux::Wedges& wedges);
+                                                 const TriangleMesh& mesh, const flux::Wedges& wedges,
+                                                 const flux::LateralBox& box);
 
 /// For checkpoints: keeps every bit, as binary blobs, so that the JSON must be stored in a binary form.
 Json to_json(const SurfaceField& field);
@@ -82,9 +85,10 @@ SurfaceField flux_field(const Model& model, const TracedSurface& surface);
 
 /// Takes fluxes and coverages from the closest points of \p field instead of a trace.
 /// \param parts  with materials and wedges of \p mesh.
+/// \param box    of the mesh, as in carry().
 /// \returns \p parts with fluxes and coverages added.
 SurfaceFlux carried_fluxes(const Model& model, const SurfaceField& field, const TriangleMesh& mesh,
-                           SurfaceFlux parts);
+                           const flux::LateralBox& box, SurfaceFlux parts);
 
 /// The surface with fluxes extrapolated from those F_before at the closest point one time step earlier: F +
 /// share (F - F_before). Share 1/2 gives the middle of a time step as long as the one before (two-step

@@ -84,7 +84,7 @@ struct Tracing {
     std::vector<std::vector<double>> flux_before = {};  // of the pulse's part before; or empty
 
     std::vector<std::vector<double>> from_before(const std::vector<std::string>& names) const {
-        return kept_or_carried(carried, names, surface.traced(), arriving.wedges);
+        return kept_or_carried(carried, names, surface.traced(), arriving.wedges, surface.box);
     }
 
     // Traces every species with the sticking of the coverages, then lets these react for \p time.
@@ -226,7 +226,8 @@ void reuse_fluxes(const Recipe& recipe, const Model& model, const levelset::Mate
                   const SurfaceField& carried, TracedSurface& surface, Timing& timing) {
     surface.scene = build_scene(surface.raw, timing);
     const PhaseClock clock(timing.rates);
-    surface.arriving = carried_fluxes(model, carried, surface.raw, split_at_creases(stack, surface));
+    surface.arriving =
+        carried_fluxes(model, carried, surface.raw, surface.box, split_at_creases(stack, surface));
     add_direct_parts(recipe, model, surface, *surface.arriving);
 }
 

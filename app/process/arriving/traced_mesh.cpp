@@ -171,7 +171,7 @@ void simplify(const Recipe& recipe, const Model& model, const levelset::Material
     const PhaseClock clock(timing.simplify);
     std::vector<double> lengths;
     if (bounds_by_flux(recipe.simplify)) {
-        lengths = resolving_lengths(carried, surface.raw, recipe.simplify.flux_change, spacing);
+        lengths = resolving_lengths(carried, surface.raw, surface.box, recipe.simplify.flux_change, spacing);
         options.max_length_at = lengths;
     }
     std::vector<std::uint8_t> fixed = on_periodic_sides(stack.domain, surface.raw);
@@ -181,9 +181,9 @@ void simplify(const Recipe& recipe, const Model& model, const levelset::Material
     surface.simplified = is_profile(stack.domain) ? extruded_side(mesh, stack.domain) : std::move(mesh);
 }
 
-std::vector<double> resolving_lengths(const SurfaceField& carried, const TriangleMesh& mesh, double change,
-                                      double spacing) {
-    std::vector<double> lengths = carry(carried, {kFluxGradient}, mesh.vertices).front();
+std::vector<double> resolving_lengths(const SurfaceField& carried, const TriangleMesh& mesh,
+                                      const flux::LateralBox& box, double change, double spacing) {
+    std::vector<double> lengths = carry(carried, {kFluxGradient}, mesh.vertices, box).front();
     for (double& length : lengths) length = length > 0.0 ? std::max(spacing, change / length) : kInfinity;
     return lengths;
 }

@@ -39,7 +39,7 @@ void simplify(const Recipe& recipe, const Model& model, const levelset::Material
 
 /// By vertex of \p mesh, in its unit: the longest edge along which no flux of the time step before changes by
 /// more than the share \p change. At least \p spacing; infinite where nothing is known.
-std::vector<double> resolving_lengths(const SurfaceField& carried, const TriangleMesh& mesh, double change,
-                                      double spacing);
+std::vector<double> resolving_lengths(const SurfaceField& carried, const TriangleMesh& mesh,
+                                      const flux::LateralBox& box, double change, double spacing);
 
 }  // namespace sidewall::app

@@ -49,11 +49,11 @@ TEST_CASE("edges resolve the flux of the step before, but never beyond the grid"
     const SurfaceField field =
         surface_field(mesh, arriving.wedges, {kFluxGradient}, {flux_gradient(mesh, arriving)});
     constexpr double kChange = 0.1;
-    const std::vector<double> lengths = resolving_lengths(field, mesh, kChange, 0.05);
+    const std::vector<double> lengths = resolving_lengths(field, mesh, {}, kChange, 0.05);
     for (std::size_t v = 0; v < lengths.size(); ++v) {
         const double flux = arriving.flux[0][v];
         CHECK(lengths[v] == Approx(kChange * flux / kSlope).epsilon(0.5 * kSlope / kCells));
     }
-    for (const double length : resolving_lengths(field, mesh, kChange, 0.7)) CHECK(length == 0.7);
-    for (const double length : resolving_lengths({}, mesh, kChange, 0.05)) CHECK(std::isinf(length));
+    for (const double length : resolving_lengths(field, mesh, {}, kChange, 0.7)) CHECK(length == 0.7);
+    for (const double length : resolving_lengths({}, mesh, {}, kChange, 0.05)) CHECK(std::isinf(length));
 }

@@ -50,7 +50,7 @@ TEST_CASE("a surface takes the fluxes of the closest points") {
     for (Vec3& p : mesh.vertices) p.z() += 0.01;
     SurfaceFlux parts;
     parts.wedges = flux::make_wedges(mesh);
-    const SurfaceFlux moved = carried_fluxes(model, flux_field(model, square(2.0, 0.0)), mesh, parts);
+    const SurfaceFlux moved = carried_fluxes(model, flux_field(model, square(2.0, 0.0)), mesh, {}, parts);
     REQUIRE(moved.flux.size() == 1);
     CHECK(moved.coverage.empty());
     CHECK_FALSE(moved.trace);

@@ -29,7 +29,7 @@ TEST_CASE("a linear coverage is carried exactly to another mesh of the plane") {
     for (const Vec3& p : from.vertices) values.push_back(0.1 + 0.5 * p.x() + 0.2 * p.y());
     REQUIRE(wedges.count() == from.vertices.size());
     const SurfaceField field = surface_field(from, wedges, {"etchant"}, {values});
-    const auto carried = carry(field, {"new", "etchant"}, to, other);
+    const auto carried = carry(field, {"new", "etchant"}, to, other, {});
     REQUIRE(carried.size() == 2);
     double worst = 0.0;
     for (std::size_t v = 0; v < to.vertices.size(); ++v) {
@@ -46,10 +46,30 @@ TEST_CASE("a coverage that jumps at an edge is carried to either side of it") {
     std::vector<double> values(wedges.count());
     for (std::size_t c = 0; c < wedges.corner.size(); ++c)
         values[wedges.corner[c]] = area_vector(from, c / 3).normalized().z() > 0.5 ? 1.0 : 0.25;
-    const auto carried = carry(surface_field(from, wedges, {"theta"}, {values}), {"theta"}, to, other);
+    const auto carried = carry(surface_field(from, wedges, {"theta"}, {values}), {"theta"}, to, other, {});
     for (std::size_t c = 0; c < other.corner.size(); ++c)
         CHECK(carried[0][other.corner[c]] ==
               Approx(area_vector(to, c / 3).normalized().z() > 0.5 ? 1.0 : 0.25).epsilon(1e-12));
+}
+
+TEST_CASE("a coverage is carried across a periodic side, and not across a mirrored one") {
+    // A wall faces x = 0 at a distance of 0.95: beyond the periodic side it is 0.05 away.
+    const TriangleMesh wall = test::grid_mesh(1, 4, [](double x, double y) { return Vec3(0.95, y, x); }),
+                       floor =
+                           test::grid_mesh(1, 4, [](double x, double y) { return Vec3(0.4 * x, y, 0.0); }),
+                       from = test::joined({floor, wall});
+    const flux::Wedges wedges = flux::make_wedges(from);
+    std::vector<double> values(wedges.count());
+    for (std::size_t c = 0; c < wedges.corner.size(); ++c)
+        values[wedges.corner[c]] = c / 3 < floor.triangles.size() ? 0.25 : 1.0;
+    const SurfaceField field = surface_field(from, wedges, {"theta"}, {values});
+    const Vec3 point(0.0, 0.5, 0.5);
+    using flux::Boundary;
+    for (const Boundary side : {Boundary::periodic, Boundary::reflective}) {
+        const flux::LateralBox box{{0.0, 0.0}, {1.0, 1.0}, {side, Boundary::reflective}};
+        const double carried = carry(field, {"theta"}, std::span(&point, 1), box)[0][0];
+        CHECK(carried == (side == Boundary::periodic ? 1.0 : 0.25));
+    }
 }
 
 TEST_CASE("a checkpoint gives coverages back bit for bit, and refuses damaged ones") {
