@@ -73,7 +73,7 @@ std::vector<std::uint8_t> choose_faces(const TracedSurface& surface, const level
     std::vector<std::vector<flux::DirectFlux::Direction>> beams;
     for (const DirectPart& part : surface.arriving->direct)
         for (std::size_t b = 0; b < part.source->beams(); ++b) {
-            beams.push_back(part.source->towards(b, profile ? 2 : 1));
+            beams.push_back(part.source->towards(b, 1));
             beams.back().resize(std::min(beams.back().size(), kLooks));
         }
     extension.at_cover.resize(extension.body.size(), 1);
