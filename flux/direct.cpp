@@ -217,6 +217,7 @@ std::vector<DirectFlux::Direction> DirectFlux::towards(std::size_t beam, std::si
     const std::vector<Direction>& all = round ? round_ : alike == 2 ? in_profile_ : in_space_;
     const std::size_t each = round ? 1 : images_, images = std::max<std::size_t>(1, each / alike),
                       groups = all.size() / each;
+    if (groups == 0) return {};  // no direction points down
     // Order by bisection, so that the first few directions span the beam: both ends of the list (narrowest
     // and widest direction of a cos^n source), then midpoints.
     std::vector<std::size_t> order{groups - 1, 0};

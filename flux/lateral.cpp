@@ -117,6 +117,8 @@ LateralBox lateral_box(const TriangleMesh& mesh, std::array<Boundary, 2> boundar
     const Box3 bounds = bounding_box(mesh);
     const double tolerance = kFileRounding * bounds.min.cwiseAbs().cwiseMax(bounds.max.cwiseAbs()).maxCoeff();
     LateralBox box{{bounds.min.x(), bounds.min.y()}, {bounds.max.x(), bounds.max.y()}, boundary};
+    for (std::size_t a = 0; a < 2; ++a)
+        if (boundary[a] == Boundary::periodic) box.period[a] = box.max[a] - box.min[a];
     for (int axis = 0; axis < 2; ++axis)
         if (!(box.max[axis] - box.min[axis] > 1e3 * tolerance))
             throw GeometryError("the mesh has no extent along {}: it cannot receive particles from above",

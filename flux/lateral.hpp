@@ -20,11 +20,8 @@ struct LateralBox {
     /// = 0 and as wide as the box at x = max[0], where a cylinder mirrors particles. They fly in three
     /// dimensions.
     bool axial = false;
-    /// Length after which the surface repeats along x and y; 0 where it does not.
-    std::array<double, 2> period() const {
-        return {boundary[0] == Boundary::periodic ? max[0] - min[0] : 0.0,
-                boundary[1] == Boundary::periodic ? max[1] - min[1] : 0.0};
-    }
+    /// Length after which the surface repeats along x and y; 0 where it does not, or is the same all along.
+    std::array<double, 2> period{};
     double area() const { return (max[0] - min[0]) * (max[1] - min[1]) * (axial ? 0.5 : 1.0); }
 };
 

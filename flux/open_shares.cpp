@@ -18,7 +18,7 @@ struct VisibilityProbe {
     double area = 0.0;
 };
 
-// The lookout near corner \p k of triangle \p t, moved from it towards the centroid by the share \p inside.
+// The probe near corner \p k of triangle \p t, moved from it towards the centroid by the share \p inside.
 VisibilityProbe probe_at(const TriangleMesh& mesh, const LateralBox& box, double skin, std::size_t t,
                          std::size_t k, double inside) {
     const Vec3 twice = area_vector(mesh, t), normal = twice.normalized();
@@ -34,7 +34,7 @@ VisibilityProbe probe_at(const TriangleMesh& mesh, const LateralBox& box, double
     return out;
 }
 
-// Adds the lookout of the wedge at corner \p c, at the centroid of the wedge's hat function: 3/4 of the
+// Adds the probe of the wedge at corner \p c, at the centroid of the wedge's hat function: 3/4 of the
 // distance to the triangle's centroid, or, on a surface of revolution, 1/3 of the segment's length.
 void add_probe(const TriangleMesh& mesh, const Wedges& wedges, const LateralBox& box, double skin,
                std::size_t c, std::vector<VisibilityProbe>& own) {
@@ -53,7 +53,7 @@ void add_probe(const TriangleMesh& mesh, const Wedges& wedges, const LateralBox&
         own.back().point.x() * std::hypot(own.back().point.x() - end.x(), own.back().point.z() - end.z());
 }
 
-// One lookout for every wedge: near the vertex, in the largest triangle of its fan.
+// One probe for every wedge: near the vertex, in the largest triangle of its fan.
 std::vector<std::vector<VisibilityProbe>> probes_near(const TriangleMesh& mesh, const Wedges& wedges,
                                                       const LateralBox& box, double skin) {
     constexpr double kNearVertex = 0.2;
@@ -87,7 +87,7 @@ std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const Tri
     const double skin = 2.0 * kOverlap * geometry.skin;
     // A single point misses how the share varies within a triangle: on the floor of a round contact whose
     // penumbra is one cell (dx) wide, it loses 1 % of the source.
-    const bool all = coarse || box.axial;
+    const bool whole_fans = coarse || box.axial;
     const auto in_fans = [&](std::span<const std::uint8_t> chosen) {
         std::vector<std::vector<VisibilityProbe>> places(wedges.count());
         for (std::size_t c = 0; c < wedges.corner.size(); ++c)
@@ -96,16 +96,16 @@ std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const Tri
         return places;
     };
     const std::vector<std::vector<VisibilityProbe>> from =
-        all ? in_fans({}) : probes_near(mesh, wedges, box, skin);
+        whole_fans ? in_fans({}) : probes_near(mesh, wedges, box, skin);
     const std::size_t tallies = direct.tallies();
     std::vector<std::vector<double>> open(direct.beams() * tallies, std::vector<double>(wedges.count(), 0.0));
     for (std::size_t b = 0; b < direct.beams(); ++b) {
         std::vector<DirectFlux::Direction> towards = direct.towards(b, box.axial           ? 4
                                                                        : geometry.straight ? 2
                                                                                            : 1);
-        // What would arrive at a lookout, and what does, by tally.
-        const auto look_from = [&](const VisibilityProbe& out, std::span<double> all,
-                                   std::span<double> arrives) {
+        // Sums by tally what would arrive at a probe if nothing were hidden, and what does arrive.
+        const auto add_arrivals = [&](const VisibilityProbe& probe, std::span<double> unhidden,
+                                      std::span<double> arrives) {
             std::array<Vec3, surface::RayPacket::kRays> paths;
             std::array<std::size_t, surface::RayPacket::kRays> which;
             constexpr std::size_t kEnough = 16;
@@ -115,37 +115,38 @@ std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const Tri
                     paths[count] = towards[next].towards;
                     if (geometry.straight) paths[count].y() = 0.0;
                     which[count] = next;
-                    if (paths[count].dot(out.normal) > 0.0) ++count;
+                    if (paths[count].dot(probe.normal) > 0.0) ++count;
                 }
-                const std::uint32_t seen = sees_source(geometry, out.point, std::span(paths).first(count));
+                const std::uint32_t seen = sees_source(geometry, probe.point, std::span(paths).first(count));
                 for (std::size_t k = 0; k < count; ++k) {
-                    const double cosine = std::min(1.0, towards[which[k]].towards.dot(out.normal));
+                    const double cosine = std::min(1.0, towards[which[k]].towards.dot(probe.normal));
                     const double weight =
                         towards[which[k]].weight * cosine / std::max(DirectFlux::kMinRise, paths[k].z());
                     for (std::size_t tally = 0; tally < tallies; ++tally) {
                         const double brought = weight * direct.brings(tally, towards[which[k]], cosine);
-                        all[tally] += brought;
+                        unhidden[tally] += brought;
                         if ((seen >> k & 1u) != 0) arrives[tally] += brought;
                     }
                 }
-                // Most lookouts see the whole beam or none of it; 16 directions spread over it settle that.
-                if (next >= kEnough && (arrives[0] == 0.0 || arrives[0] == all[0])) break;
+                // Most probes see the whole beam or none of it; 16 directions spread over it settle that.
+                if (next >= kEnough && (arrives[0] == 0.0 || arrives[0] == unhidden[0])) break;
             }
         };
-        const auto look = [&](const std::vector<std::vector<VisibilityProbe>>& places) {
+        const auto set_shares = [&](const std::vector<std::vector<VisibilityProbe>>& places) {
             tbb::parallel_for(tbb::blocked_range<std::size_t>(0, wedges.count(), 64), [&](const auto& range) {
-                std::vector<double> all(tallies), arrives(tallies), sum(tallies);
+                std::vector<double> unhidden(tallies), arrives(tallies), sum(tallies);
                 for (std::size_t w = range.begin(); w != range.end(); ++w) {
                     double area = 0.0;
                     std::ranges::fill(sum, 0.0);
-                    for (const VisibilityProbe& out : places[w]) {
-                        std::ranges::fill(all, 0.0);
+                    for (const VisibilityProbe& probe : places[w]) {
+                        std::ranges::fill(unhidden, 0.0);
                         std::ranges::fill(arrives, 0.0);
-                        look_from(out, all, arrives);
-                        area += out.area;
+                        add_arrivals(probe, unhidden, arrives);
+                        area += probe.area;
                         for (std::size_t k = 0; k < tallies; ++k) {
-                            const std::size_t of = all[k] > 0.0 ? k : 0;  // of arrivals, if the yield is 0
-                            if (all[of] > 0.0) sum[k] += out.area * arrives[of] / all[of];
+                            const std::size_t of =
+                                unhidden[k] > 0.0 ? k : 0;  // of arrivals, if the yield is 0
+                            if (unhidden[of] > 0.0) sum[k] += probe.area * arrives[of] / unhidden[of];
                         }
                     }
                     for (std::size_t k = 0; area > 0.0 && k < tallies; ++k)
@@ -153,8 +154,8 @@ std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const Tri
                 }
             });
         };
-        look(from);
-        if (!all && !geometry.straight) look(in_fans(in_half_shadow(wedges, open[b * tallies])));
+        set_shares(from);
+        if (!whole_fans && !geometry.straight) set_shares(in_fans(in_half_shadow(wedges, open[b * tallies])));
     }
     return open;
 }

@@ -213,7 +213,7 @@ ChildProcess::ChildProcess(std::vector<std::string> arguments, int folder, const
     if (process_ > 0) return;
     const std::string reason = std::strerror(errno);
     for (const int file : files_) ::close(file);
-    throw NumericsError("cannot start a process: {}; use fewer --jobs", reason);
+    throw NumericsError("cannot start a process: {}; let fewer run at a time", reason);
 }
 
 ChildProcess::~ChildProcess() {
@@ -225,8 +225,10 @@ ChildProcess::~ChildProcess() {
 
 std::optional<ProcessEnd> ChildProcess::end(std::size_t most) {
     int status = 0;
-    if (process_ <= 0 || ::waitpid(process_, &status, WNOHANG) != process_) return std::nullopt;
-    process_ = -1;
+    if (process_ <= 0) return std::nullopt;
+    const pid_t ended = ::waitpid(process_, &status, WNOHANG);
+    if (ended == 0 || (ended < 0 && errno != ECHILD)) return std::nullopt;
+    process_ = -1;  // and where SIGCHLD is ignored, its status is lost: 0
     constexpr int kSignalled = 128;
     return ProcessEnd{WIFEXITED(status) ? WEXITSTATUS(status) : kSignalled + WTERMSIG(status),
                       text_of(files_[1], most), text_of(files_[2], most)};

@@ -103,24 +103,32 @@ class LayersBelow {
     // Whether a material lies anywhere below a point. The substrate's material does everywhere.
     bool has(int material, const Vec3& point) {
         if (stack_.layers.front().material == material) return true;
-        const auto depth = [&](std::size_t k) {
-            const Vec3 from = point + Vec3(0.0, 0.0, 0.01 * stack_.domain.spacing);
-            const auto& scene = front(k);
-            const surface::RayHit hit =
-                scene ? scene->closest_hit(from, -Vec3::UnitZ(), 0.0, 1e30) : surface::RayHit();
-            return hit ? hit.distance : kInfinity;
-        };
         for (std::size_t k = 1; k < stack_.layers.size(); ++k) {
             if (stack_.layers[k].material != material) continue;
-            const double top = depth(k);
-            if (std::isfinite(top) && depth(k - 1) - top > resolved()) return true;
+            const double top = depth(k, point);
+            if (std::isfinite(top) && depth(k - 1, point) - top > resolved()) return true;
         }
         return false;
     }
 
-    // Whether a film lies on a mask, so that this is nearer to a point of the film than the material.
+    // Whether a film lies on a mask: whether, straight below a point of the film, a mask comes before the
+    // material.
     // \param layer  the film's
     bool on_mask(std::size_t layer, const Vec3& point, int material, const std::vector<int>& masks) {
+        return mask_first(layer, material, masks, [&](std::size_t k) { return depth(k, point); });
+    }
+    // Whether a mask, such as one beside the film, is nearer to a point of the film than the material is.
+    bool nearer_to_mask(std::size_t layer, const Vec3& point, int material, const std::vector<int>& masks) {
+        return mask_first(layer, material, masks, [&](std::size_t k) { return distance(k, point); });
+    }
+
+  private:
+    double resolved() const { return levelset::kExposed * stack_.domain.spacing; }
+
+    // \param to  gives the distance to the front of a layer.
+    template <class Distance>
+    bool mask_first(std::size_t layer, int material, const std::vector<int>& masks,
+                    const Distance& to) const {
         const auto is_mask = [&](std::size_t k) {
             return std::ranges::count(masks, stack_.layers[k].material) > 0;
         };
@@ -128,15 +136,11 @@ class LayersBelow {
         while (lowest < layer && !is_mask(lowest)) ++lowest;
         for (std::size_t k = layer; k-- > lowest;) {
             const bool mask = is_mask(k);
-            if ((mask || stack_.layers[k].material == material) &&
-                distance(k - 1, point) - distance(k, point) > resolved())
+            if ((mask || stack_.layers[k].material == material) && to(k - 1) - to(k) > resolved())
                 return mask;
         }
         return false;
     }
-
-  private:
-    double resolved() const { return levelset::kExposed * stack_.domain.spacing; }
 
     const std::optional<surface::RayScene>& front(std::size_t k) {
         const auto [at, fresh] = fronts_.try_emplace(k);
@@ -144,9 +148,16 @@ class LayersBelow {
         if (!mesh.triangles.empty()) at->second.emplace(mesh);
         return at->second;
     }
+    double depth(std::size_t k, const Vec3& point) {
+        const Vec3 from = point + Vec3(0.0, 0.0, 0.01 * stack_.domain.spacing);
+        const auto& scene = front(k);
+        const auto hit = scene ? scene->closest_hit(from, -Vec3::UnitZ(), 0.0, 1e30) : surface::RayHit();
+        return hit ? hit.distance : kInfinity;
+    }
     double distance(std::size_t k, const Vec3& point) {
         const auto& scene = front(k);
-        const auto hit = scene ? scene->closest_point(point, 1e30) : surface::SurfaceHit();
+        const auto hit =
+            scene ? scene->closest_point(point, 1e30, stack_.domain.period()) : surface::SurfaceHit();
         return hit ? hit.distance : kInfinity;
     }
 
@@ -162,7 +173,8 @@ BareFloor bare_floor(const levelset::MaterialStack& stack, const TriangleMesh& s
     LayersBelow below(stack);
     const ColumnSight sight(surface, stack.domain.spacing);
     // Pairs of the thickness that covers the material, and an area. At a wall's foot, the extracted surface
-    // cuts the corner off: a cover thinner than kCutOff counts only where there is no other floor.
+    // cuts the corner off: a cover thinner than kCutOff counts only where there is no other floor, and so
+    // does a film nearer to a mask, as on its walls.
     constexpr double kCutOff = 0.6;  // in cells
     std::vector<std::pair<double, double>> floor, beside_walls;
     double bare = 0.0;
@@ -181,8 +193,9 @@ BareFloor bare_floor(const levelset::MaterialStack& stack, const TriangleMesh& s
              !below.has(material, point) || below.on_mask(place.layer, point, material, masks)))
             continue;
         const bool is_bare = place.bare == material;
-        const bool beside = place.cover < kCutOff * stack.domain.spacing &&
-                            std::ranges::any_of(surface.triangles[t], [&](auto v) { return feet[v] != 0; });
+        const bool beside = (!is_bare && below.nearer_to_mask(place.layer, point, material, masks)) ||
+                            (place.cover < kCutOff * stack.domain.spacing &&
+                             std::ranges::any_of(surface.triangles[t], [&](auto v) { return feet[v] != 0; }));
         any = any || !beside;
         (is_bare || !beside ? floor : beside_walls).emplace_back(is_bare ? 0.0 : place.cover, area);
         if (is_bare) bare += area;

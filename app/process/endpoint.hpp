@@ -17,10 +17,11 @@ namespace sidewall::app {
 /// How much of a material is bare on the floor under the openings.
 ///
 /// The floor is all that is visible from straight above and is either the bare material or a cover: a surface
-/// that rises by less than 45 degrees, is neither a mask nor a film on one, and has the material below it. Areas are those of the top
-/// view. Walls above the material do not count, so that a tapered hole can be open; nor does what an overhang
-/// hides. In the cell at the foot of a wall, whose corner the extracted surface cuts off, a cover thinner
-/// than that cut counts only where there is no other floor.
+/// that rises by less than 45 degrees, is neither a mask nor a film on one, and has the material below it.
+/// Areas are those of the top view. Walls above the material do not count, so that a tapered hole can be open;
+/// nor does what an overhang hides. Two covers count only where there is no other floor: a film nearer to a
+/// mask, as on its walls, and, in the cell at the foot of a wall, whose corner the extracted surface cuts off,
+/// one thinner than that cut.
 struct BareFloor {
     double share = 0.0;       ///< bare part of the floor's area, 0 to 1; 0 without a floor
     double left = kInfinity;  ///< cover to remove until the share exceeds the one asked for; or infinite

@@ -119,24 +119,15 @@ void RunState::enter(std::size_t next) {
     starts.resize(next + 1, process_time());
 }
 
-namespace {
-
-void add_paths(const std::vector<Step>& steps, std::set<std::string>& paths) {
-    for (const Step& step : steps) {
+std::set<std::string> input_paths(const Recipe& recipe) {
+    std::set<std::string> paths{recipe.start.from};
+    for (const Layer& layer : recipe.layers) paths.insert(layer.file);
+    each_step(recipe.steps, [&](const Step& step, const std::string&) {
         paths.insert(step.pattern.file);
         each_key(model_keys(step), [&](const Key& key, const std::string&) {
             if (names_file(key)) paths.insert(*std::get<std::string*>(key.target));
         });
-        add_paths(step.steps, paths);
-    }
-}
-
-}  // namespace
-
-std::set<std::string> input_paths(const Recipe& recipe) {
-    std::set<std::string> paths{recipe.start.from};
-    for (const Layer& layer : recipe.layers) paths.insert(layer.file);
-    add_paths(recipe.steps, paths);
+    });
     paths.erase("");
     return paths;
 }
@@ -159,15 +150,14 @@ namespace {
 std::string with_files_as_now(std::string text, const std::vector<InputFile>& then,
                               const std::vector<InputFile>& now) {
     for (const InputFile& old : then) {
-        const auto same = std::find_if(now.begin(), now.end(),
-                                       [&](const InputFile& file) { return file.digest == old.digest; });
         const auto name = [](const InputFile& file) { return std::filesystem::path(file.path).filename(); };
-        const auto namesake = std::find_if(now.begin(), now.end(),
-                                           [&](const InputFile& file) { return name(file) == name(old); });
-        if (same == now.end() && namesake != now.end())
-            throw FileError("{} is not what it was", namesake->path);
-        if (same == now.end() || same->path == old.path) continue;
-        const std::string from = toml_text(old.path), to = toml_text(same->path);
+        const auto here = std::ranges::find(now, old.path, &InputFile::path);
+        const auto same = here != now.end() ? here : std::ranges::find(now, old.digest, &InputFile::digest);
+        const auto now_file = same != now.end() ? same : std::ranges::find(now, name(old), name);
+        if (now_file == now.end()) continue;
+        if (now_file->digest != old.digest) throw FileError("{} is not what it was", now_file->path);
+        if (now_file->path == old.path) continue;
+        const std::string from = toml_text(old.path), to = toml_text(now_file->path);
         for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
             text.replace(at, from.size(), to);
     }

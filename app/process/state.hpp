@@ -72,7 +72,7 @@ struct RunState {
     std::vector<SpeciesMethod> methods;   ///< by species of the current step; empty before its first trace
     std::vector<SavedFile> files;         ///< listed in surface.pvd
     std::vector<SavedStack> stacks;       ///< one for each surface written
-    std::vector<InputFile> inputs;        ///< as the run read them
+    std::vector<InputFile> inputs;        ///< files that the recipe reads, as the run read them
     History history;                      ///< what summary.json reports of all steps
     Timing timing;
 

@@ -129,6 +129,34 @@ stop = "bare(Si) > 0.9"
     }
 }
 
+TEST_CASE(
+    "a film that fills the opening of a mask is floor, though a wall of the mask is nearer than the floor") {
+    const test::Folder folder;
+    const app::Recipe recipe = app::parse_recipe(kEndpointStrip + R"([[layer]]
+material = "Resist"
+thickness = 0.5
+shape = "trench"
+width = 1.0
+[[layer]]
+material = "SiO2"
+top = 0.7
+[[step]]
+model = "directional"
+duration = 9.0
+directional = { SiO2 = -0.1, Resist = -0.01 }
+stop = "bare(Si) > 0.9"
+)",
+                                                 "endpoint.toml");
+    std::string lines;
+    const json step = app::run_recipe(recipe, {.output = folder.path,
+                                               .quiet = true,
+                                               .warn = [&](std::string_view line) { lines += line; }})
+                          .summary["steps"][0];
+    CHECK(lines == "");  // that there is no floor
+    CHECK(number(step["duration"]) == Approx(7.0).margin(kLate));
+    CHECK(number(step["bare"]) > 0.9);
+}
+
 TEST_CASE("a layer that is slow to etch but lies everywhere under the openings is no mask") {
     const json step = step_of(kEndpointStrip + R"([[layer]]
 material = "Si3N4"

@@ -115,8 +115,8 @@ std::vector<std::vector<double>> carry(const SurfaceField& field, const std::vec
     // radius skips most of the hierarchy. If that finds nothing, the search is repeated without a bound.
     const double reach = 1e-2 * diagonal(field.scene->vertices());
     tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t w) {
-        surface::SurfaceHit hit = field.scene->closest_point(points[w], reach, box.period());
-        if (!hit) hit = field.scene->closest_point(points[w], 1e30, box.period());
+        surface::SurfaceHit hit = field.scene->closest_point(points[w], reach, box.period);
+        if (!hit) hit = field.scene->closest_point(points[w], 1e30, box.period);
         const std::size_t c = 3 * std::size_t{hit.triangle};
         for (std::size_t k = 0; k < names.size(); ++k)
             if (source[k] != nullptr)

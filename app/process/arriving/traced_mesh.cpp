@@ -92,6 +92,7 @@ TriangleMesh extruded_side(const TriangleMesh& mesh, const levelset::Domain& dom
 flux::LateralBox lateral_box(const levelset::Domain& domain) {
     flux::LateralBox box{domain.min, domain.max, {}};
     box.axial = domain.axial;
+    box.period = domain.period();
     for (std::size_t a = 0; a < 2; ++a)
         box.boundary[a] = domain.side[a] == levelset::Side::periodic ? flux::Boundary::periodic
                                                                      : flux::Boundary::reflective;

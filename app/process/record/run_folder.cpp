@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <set>
 
 #include "app/common/json.hpp"
 #include "app/common/processes.hpp"
@@ -252,7 +254,9 @@ void RunFolder::cut_timeline(RunState& state) const {
 
 void RunFolder::revise(RunState& state) {
     effective_ = effective_recipe(recipe_);
-    state.inputs = input_files(input_paths(recipe_));
+    std::set<std::string> added = input_paths(recipe_);  // the others stay as the run has read them
+    for (const InputFile& file : state.inputs) added.erase(file.path);
+    std::ranges::move(input_files(added), std::back_inserter(state.inputs));
     if (writes_) write_file(options_.output / "recipe.toml", effective_);
     checkpoint(state);
 }

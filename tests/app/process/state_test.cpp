@@ -113,6 +113,7 @@ TEST_CASE("a run does not go on if a table, a source or the run that it started 
     const std::string table = "x,rate\n0,-1\n1,-2\n", source = "angle,intensity\n0,1\n60,0\n";
     write("rates.csv", table);
     write("angles.csv", source);
+    write("same.csv", source);
     const Recipe first = parse_recipe(kRecipe, "plane.toml", {"domain.strip=\"space\""});
     std::filesystem::create_directory(folder.path / "first");
     write("first/summary.json", "{}");
@@ -130,9 +131,10 @@ model = "formula"
 duration = 1.0
 rate = "rates(x)*gas"
 tables = [{ name = "rates", file = "rates.csv" }]
-species = [{ name = "gas", source_file = "angles.csv" }]
+species = [{ name = "gas", source_file = "angles.csv" }, { name = "ions", source_file = "same.csv" }]
 )",
                                        (folder.path / "second.toml").string());
+    // Two files of equal contents are not taken for one that has moved.
     std::filesystem::create_directory(folder.path / "second");
     save_state(folder.path / "second", recipe, initial_state(recipe));
     const auto refuses = [&](const char* name) {

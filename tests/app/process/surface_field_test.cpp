@@ -66,7 +66,8 @@ TEST_CASE("a coverage is carried across a periodic side, and not across a mirror
     const Vec3 point(0.0, 0.5, 0.5);
     using flux::Boundary;
     for (const Boundary side : {Boundary::periodic, Boundary::reflective}) {
-        const flux::LateralBox box{{0.0, 0.0}, {1.0, 1.0}, {side, Boundary::reflective}};
+        flux::LateralBox box{{0.0, 0.0}, {1.0, 1.0}, {side, Boundary::reflective}};
+        box.period[0] = side == Boundary::periodic ? 1.0 : 0.0;
         const double carried = carry(field, {"theta"}, std::span(&point, 1), box)[0][0];
         CHECK(carried == (side == Boundary::periodic ? 1.0 : 0.25));
     }
