@@ -161,7 +161,7 @@ DirectFlux::DirectFlux(const Species& species) : yields_(species.yields) {
             drawn.add(1.0, bins.empty() ? 0 : energetic_.size(), [&](double around) {
                 if (bins.empty())
                     return sample_cosine_power(-axis, species.source_exponent, part(i, count), around);
-                const Vec3 d = sample_bins(bins, -axis, part(i, count), around, 0.5).first;
+                Vec3 d = sample_bins(bins, -axis, part(i, count), around, 0.5).first;
                 energetic_.push_back(energetic_at(bins, by_bin, std::acos(std::min(1.0, -d.dot(axis)))));
                 return d;
             });

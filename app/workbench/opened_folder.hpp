@@ -43,9 +43,10 @@ Descriptor open_file(const Descriptor& folder, const char* name, std::size_t mos
 /// The last \p most bytes of a file, or all of a shorter one; empty if there is none.
 std::string text_of(const Descriptor& file, std::size_t most = kMostBytes);
 
-/// A folder whose files are named by relative paths such as `etch/deep.toml`, without empty parts, `.`, `..`,
-/// control characters or symbolic links. Any other name counts as missing. Each part of a path is opened from
-/// the one before, starting at the open folder: it may be renamed, and links are never followed. Thread-safe.
+/// A folder whose files are named by relative paths such as `etch/deep.toml`, without empty parts, parts of
+/// dots alone, control characters or symbolic links. Any other name counts as missing. Each part of a path is
+/// opened from the one before, starting at the open folder: it may be renamed, and links are never followed.
+/// Thread-safe.
 class OpenedFolder {
   public:
     /// \throws FileError if there is no such folder.

@@ -184,7 +184,7 @@ bool goes_on(const surface::RayScene& scene, const LateralBox& box, const SideMe
 surface::RayHit first_hit(const surface::RayScene& scene, const LateralBox& box, Vec3 position, Vec3 path) {
     for (int sides = 0; sides < kMostSides; ++sides) {
         const SideMeeting side = next_side(box, position, path);
-        if (const surface::RayHit hit = scene.closest_hit(position, path, 0.0, side.distance)) return hit;
+        if (surface::RayHit hit = scene.closest_hit(position, path, 0.0, side.distance)) return hit;
         if (!goes_on(scene, box, side, position, path)) break;
     }
     return {};
