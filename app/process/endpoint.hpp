@@ -18,10 +18,10 @@ namespace sidewall::app {
 ///
 /// The floor is all that is visible from straight above and is either the bare material or a cover: a surface
 /// that rises by less than 45 degrees, is neither a mask nor a film on one, and has the material below it.
-/// Areas are those of the top view. Walls above the material do not count, so that a tapered hole can be open;
-/// nor does what an overhang hides. Two covers count only where there is no other floor: a film nearer to a
-/// mask, as on its walls, and, in the cell at the foot of a wall, whose corner the extracted surface cuts off,
-/// one thinner than that cut.
+/// Areas are those of the top view. Walls above the material do not count, so that a tapered hole can be
+/// open; nor does what an overhang hides. Two kinds of covers count only where there is no other floor: a film
+/// nearer to a mask than to the material, as on the mask's walls; and a cover in the cell at the foot of a
+/// wall, thinner than the corner that the extracted surface cuts off there.
 struct BareFloor {
     double share = 0.0;       ///< bare part of the floor's area, 0 to 1; 0 without a floor
     double left = kInfinity;  ///< cover to remove until the share exceeds the one asked for; or infinite
@@ -38,8 +38,8 @@ BareFloor bare_floor(const levelset::MaterialStack& stack, const TriangleMesh& s
 std::optional<double> bare_share(const Recipe& recipe, const Step& step, const RunState& state,
                                  const TriangleMesh& surface);
 
-/// Notes the masks at the beginning of a step that stops at a material. A mask, bare or under a film, covers a
-/// part of what would be the floor. On an open wafer it is etched at less than half the speed of the fastest
+/// Notes the masks at the beginning of a step that stops at a material. A mask, bare or under a film, covers
+/// a part of what would be the floor. On an open wafer it is etched at less than half the speed of the fastest
 /// material that is seen from above.
 /// \note O(n log n) in triangles of the surface.
 void note_masks(const Recipe& recipe, const Step& step, const Model& model, const TriangleMesh& surface,

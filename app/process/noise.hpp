@@ -23,9 +23,10 @@ std::optional<double> noise_of_time_step(const Recipe& recipe, const Step& step,
 /// \note Finds a step's blanket rates once.
 std::vector<std::optional<double>> noise_of_time_steps(const Recipe& recipe, const std::vector<Step>& steps);
 
-/// The relative error that fluxes may have in the time step at hand. The error that the step's time steps so far have left is
-/// shared by as many equal ones as lead to the step's end at the last one's dt. The first time step takes the dt of the same step's
-/// last repetition. Without one, and in steps that end by a stop condition, the error is the one foreseen.
+/// The relative error that fluxes may have in the current time step. The error that earlier time steps of the
+/// step have left of the one asked for is shared equally by those to come, as many as take the step to its end
+/// at the last dt. The first time step takes the last dt of the same step's repetition before. Without one, and
+/// in steps that end by a stop condition, the error is the one foreseen.
 /// \param steps     of the run, loops unrolled.
 /// \param foreseen_by_step  from noise_of_time_steps.
 /// \note Depends on the state alone, so that a resumed run gives the same bits.

@@ -294,17 +294,7 @@ TEST_CASE("a fit that was stopped goes on to the same end with the runs that are
 TEST_CASE("a fit does not take results of an edited table for its own") {
     const FitFolder c;
     std::ofstream(c.path / "rates.csv") << "x,rate\n0,-1\n1,-1\n";
-    std::ofstream(c.path / "recipe.toml") << R"toml([domain]
-extent = [1.0]
-grid_spacing = 0.1
-[[layer]]
-material = "Si"
-[[step]]
-model = "formula"
-duration = 0.1
-rate = "rates(x)"
-tables = [{ name = "rates", file = "rates.csv" }]
-)toml";
+    test::write_table_recipe(c.path);
     const std::string fit =
         "fit recipe.toml -o fit --vary step[0].duration=0.1:0.2 --target depth=0.15 --max-runs 3";
     c.run(fit);

@@ -57,6 +57,21 @@ inline void write_bytes(const std::filesystem::path& path, const std::string& by
     std::ofstream(path, std::ios::binary) << bytes;
 }
 
+/// Writes recipe.toml, an etch of 0.1 s whose rate at x is that of the table rates.csv beside it.
+inline void write_table_recipe(const std::filesystem::path& folder) {
+    write_bytes(folder / "recipe.toml", R"toml([domain]
+extent = [1.0]
+grid_spacing = 0.1
+[[layer]]
+material = "Si"
+[[step]]
+model = "formula"
+duration = 0.1
+rate = "rates(x)"
+tables = [{ name = "rates", file = "rates.csv" }]
+)toml");
+}
+
 /// Process time of the last whole row in a run's timeline. A checkpoint that is due then is written before
 /// the row.
 inline double last_time(const std::filesystem::path& run) {

@@ -177,17 +177,7 @@ TEST_CASE("a sweep that cannot be run is refused before its first run") {
 TEST_CASE("a sweep does not take results of an edited table for its own") {
     const SweepFolder c;
     std::ofstream(c.path / "rates.csv") << "x,rate\n0,-1\n1,-2\n";
-    std::ofstream(c.path / "recipe.toml") << R"toml([domain]
-extent = [1.0]
-grid_spacing = 0.1
-[[layer]]
-material = "Si"
-[[step]]
-model = "formula"
-duration = 0.1
-rate = "rates(x)"
-tables = [{ name = "rates", file = "rates.csv" }]
-)toml";
+    test::write_table_recipe(c.path);
     const std::string plan = "sweep recipe.toml -o out --plan --vary step[0].duration=0.1,0.2";
     c.run(plan);
     c.run(plan + " --resume");
