@@ -46,9 +46,11 @@ struct MethodChoice {
     bool radiosity = false;  ///< radiosity costs less, not counting the first rays, which its exchange keeps
     bool viewed = false;     ///< radiosity has no noise, see Exchange::is_viewed: nothing was estimated
     double monte_carlo_cost = 0.0, radiosity_cost = 0.0;  ///< CPU time, in segments of the tracer
-    double spent = 0.0;         ///< cost of the first rays, a part of radiosity_cost
-    double target = 0.0;        ///< relative error for which costs are estimated
-    double rays = 0.0;          ///< rays an unknown that radiosity gathers; 0 if not estimated
+    double spent = 0.0;   ///< cost of the first rays, a part of radiosity_cost
+    double target = 0.0;  ///< relative error for which radiosity_cost is estimated
+    double paths_target =
+        0.0;            ///< that for monte_carlo_cost: target, or half of it on a surface of revolution
+    double rays = 0.0;  ///< rays an unknown that radiosity gathers; 0 if not estimated
     std::vector<double> guess;  ///< flux by wedge from the first rays, to start a solver; empty without them
     std::string why_not;        ///< why radiosity cannot take the species; empty if it can
 };

@@ -85,7 +85,7 @@ std::vector<SpeciesMethod> cheapest(const Model& model, const std::vector<flux::
                            : possible
                                ? fmt::format("radiosity costs about {:.2g} times as much as its paths at "
                                              "a relative error of {:.2g}",
-                                             ratio, choice.target)
+                                             ratio, choice.paths_target)
                                : choice.why_not,
                            choice.target, solved ? choice.rays : 0.0});
     }

@@ -91,6 +91,16 @@ TEST_CASE("radiosity asked for is taken by what is re-emitted diffusely, relativ
     CHECK(little.relative_error > 0.0001);
 }
 
+TEST_CASE("auto takes the gases of a round contact by radiosity, which leaves its open walls without noise") {
+    const TracedSurface contact = traced(quick("contact_round", {"flux.relative_error=0.05"}), false);
+    const std::vector<SpeciesMethod>& methods = contact.arriving->trace->methods;
+    REQUIRE(methods.size() == 3);
+    CHECK_FALSE(methods[0].radiosity);  // ions
+    CHECK(methods[1].radiosity);
+    CHECK(methods[2].radiosity);
+    CHECK(methods[1].reason.ends_with("times as much as its paths at a relative error of 0.025"));
+}
+
 TEST_CASE("auto decides for a step's species at the first turn, alike every time, and says why") {
     const auto chosen = [](const std::string& name, const std::string& asked) {
         return traced(quick(name, {"flux.method=auto", asked}), false).arriving->trace->methods;
