@@ -146,12 +146,14 @@ std::span<const float> kept_shares(TimeIntegration scheme) {
     return kEuler;
 }
 
-// The number of parts of a time step in each of which the waves of a speed that depends on the normal get no
-// farther than the neighbouring nodes (Courant number 1).
+// The number of parts of a time step in each of which the waves of a speed that depends on the normal get at
+// most half of the way to the neighbouring nodes. Courant numbers of up to 1 are stable, but hold back the
+// foot of a steep facet, which moves twice as fast as the facet: by a cell for a yield that peaks at 70
+// degrees.
 int stable_parts(const SampleSpeeds& speeds) {
-    constexpr double kMostParts = 32.0;
+    constexpr double kCourant = 0.5, kMostParts = 64.0;
     const double waves = speeds.fastest_wave * speeds.duration / speeds.stack.domain.spacing;
-    return static_cast<int>(std::clamp(std::ceil(waves * (1.0 - 1e-6)), 1.0, kMostParts));
+    return static_cast<int>(std::clamp(std::ceil(waves / kCourant * (1.0 - 1e-6)), 1.0, kMostParts));
 }
 
 // Saves phi before the time step.
