@@ -113,6 +113,7 @@ double measure_flats(const Profile& surface, const Profile& below, double beside
     // middle. The film's is the lowest crossing of the surface there that is in no void below the floor.
     const double base = crossings(below, floor_at).first;
     film.bottom = crossings(surface, floor_at, base - 0.5 * spacing).first - base;
+    if (film.bottom < 0.0) film.bottom = 0.0;  // without a film the meshes round corners differently
     film.depth = top - floor;
     return top;
 }

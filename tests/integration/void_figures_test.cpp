@@ -59,7 +59,7 @@ std::string filled_trench(double spacing, const std::string& step) {
 
 TEST_CASE("a void has its number, volume, top and width, with its mirror image at mirrored sides") {
     // A tube of radius 0.3 along y about z = -1. Its chords cut off up to dx^2 / (8 r), a tenth of a cell
-    // with its rounding; its volume, 0.7 % too small between chords, is that of the front.
+    // with its rounding; its volume, 0.6 % too small within its chords, is that of the front.
     const double r = 0.3, tube = std::numbers::pi * r * r, line = 0.1 * kVoidSpacing, area = 5e-4 * tube;
     for (const auto& [boundary, x, share] : {std::tuple{"reflective", 0.3, 1.0},
                                              {"reflective", 2.0, 0.5},
