@@ -11,7 +11,7 @@
 #include "levelset/layers/stack.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "levelset/meshes/face_points.hpp"
-#include "levelset/meshes/pieces.hpp"
+#include "levelset/meshes/volume.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -157,7 +157,7 @@ std::size_t note_events(const Recipe& recipe, const TriangleMesh& surface,
 
 void begin_events(const Recipe& recipe, RunState& state) {
     const TriangleMesh surface = levelset::extract_surface(state.stack);
-    note_events(recipe, surface, levelset::surface_pieces(surface, state.stack.domain), 0, state);
+    note_events(recipe, surface, levelset::surface_pieces(surface, state.stack), 0, state);
     state.history.events.clear();
 }
 

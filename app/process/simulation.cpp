@@ -28,6 +28,7 @@
 #include "app/results/result.hpp"
 #include "levelset/layers/levels.hpp"
 #include "levelset/meshes/extract.hpp"
+#include "levelset/meshes/volume.hpp"
 #include "levelset/motion/motion.hpp"
 #include "surface/error.hpp"
 
@@ -113,7 +114,7 @@ bool reshape_at_once(const Run& run, const Step& step, RunState& state) {
     run.warn(strip_warning(run.recipe, step, state.step + 1, state.stack));
     reshape(run.recipe, step, state.stack);
     const TriangleMesh surface = levelset::extract_surface(state.stack);
-    report_events(run, surface, levelset::surface_pieces(surface, state.stack.domain), state.step, state);
+    report_events(run, surface, levelset::surface_pieces(surface, state.stack), state.step, state);
     close_step(run, step, surface, state);
     return true;
 }

@@ -70,16 +70,23 @@ struct Floor {
     double z = kInfinity, along = kNone;
 };
 
-// The lowest vertex of a profile within an opening.
-Floor deepest_point(const Profile& below, const std::pair<double, double>& within) {
-    Floor lowest;
-    below.each_segment([&](const Vec3& p, const Vec3& q) {
-        for (const Vec3* end : {&p, &q}) {
-            const double at = end->dot(below.along);
-            if (at >= within.first && at <= within.second && end->z() < lowest.z) lowest = {end->z(), at};
-        }
-    });
-    return lowest;
+// The lowest vertex of a profile within an opening; of those less than \p flat higher, as rounding decides
+// which point of a flat floor is the lowest, the one nearest to the opening's middle.
+Floor deepest_point(const Profile& below, const std::pair<double, double>& within, double flat = 0.0) {
+    Floor deepest;
+    const auto off_middle = [&](double at) { return std::abs(2.0 * at - within.first - within.second); };
+    for (const bool is_known : {false, true})
+        below.each_segment([&](const Vec3& p, const Vec3& q) {
+            for (const Vec3* end : {&p, &q}) {
+                const double at = end->dot(below.along);
+                if (!(at >= within.first && at <= within.second)) continue;
+                if (!is_known)
+                    deepest.z = std::min(deepest.z, end->z());
+                else if (end->z() <= deepest.z + flat && !(off_middle(at) >= off_middle(deepest.along)))
+                    deepest.along = at;
+            }
+        });
+    return deepest;
 }
 
 // Place along the profile where a floor is measured: midway between its walls one cell above it (at most half
@@ -106,6 +113,7 @@ double measure_flats(const Profile& surface, const Profile& below, double beside
     // middle. The film's is the lowest crossing of the surface there that is in no void below the floor.
     const double base = crossings(below, floor_at).first;
     film.bottom = crossings(surface, floor_at, base - 0.5 * spacing).first - base;
+    if (film.bottom < 0.0) film.bottom = 0.0;  // without a film the meshes round corners differently
     film.depth = top - floor;
     return top;
 }
@@ -267,8 +275,8 @@ Film film_between(const Profile& surface, const Profile& below, double spacing) 
     const bool over_side = open.first < span.left + spacing || open.second > span.right - spacing,
                across = (over_side || !below.shifts.empty()) && std::isfinite(beside);
     const Profile all_above = with_beyond(surface), all_below = with_beyond(below);
-    const Floor floor =
-        deepest_point(all_below, over_side && across ? open : std::pair(span.left, span.right));
+    const Floor floor = deepest_point(
+        all_below, over_side && across ? open : std::pair(span.left, span.right), kFlat * spacing);
     const double along = across ? beside : span.left, crest = crossings(all_below, along).second,
                  top = measure_flats(all_above, all_below, along,
                                      middle_of_floor(below, floor, crest, spacing), floor.z, spacing, film);

@@ -7,6 +7,7 @@
 #include "app/recipe/recipe_domain.hpp"
 #include "app/results/metrology.hpp"
 #include "levelset/meshes/extract.hpp"
+#include "levelset/meshes/volume.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -137,7 +138,7 @@ bool is_mirrored(const std::vector<Box3>& boxes, int axis, const levelset::Domai
 }  // namespace
 
 const std::vector<levelset::SurfacePiece>& WaferCut::pieces() {
-    if (!pieces_) pieces_ = levelset::surface_pieces(surface_, stack_.domain);
+    if (!pieces_) pieces_ = levelset::surface_pieces(surface_, stack_);
     return *pieces_;
 }
 

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "levelset/meshes/extract.hpp"
-#include "levelset/meshes/pieces.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "surface/parallel.hpp"
 #include "surface/turn.hpp"
@@ -68,12 +67,19 @@ class CellDistance {
     bool smooth_ = true;
 };
 
-// Volume between a triangle and the front that it stands for, from the distance at its edges' midpoints.
-double volume_beyond(const TriangleMesh& mesh, std::size_t t, const Grid::ConstUnsafeAccessor& grid,
-                     const Domain& domain) {
+// Volume between a triangle of a layer's surface and the front that it stands for, from the distance at its
+// edges' midpoints; 0 at edges of the mesh and on wafers of several levels.
+double volume_beyond(const TriangleMesh& mesh, std::size_t t, const MaterialStack& stack, std::size_t layer) {
+    const Domain& domain = stack.domain;
+    const auto* edges = mesh.vertex_attribute(kEdgeAttribute);
+    if (stack.coarser || (edges && std::ranges::any_of(mesh.triangles[t], [&](std::uint32_t v) {
+                              return edges->values[v] != 0.0;
+                          })))
+        return 0.0;
     const Vec3 low = domain.to_index(triangle_centroid(mesh, t)).array().floor();
     const CellDistance distance(
-        grid, domain, {static_cast<int>(low.x()), static_cast<int>(low.y()), static_cast<int>(low.z())});
+        stack.layers[layer].phi->getConstUnsafeAccessor(), domain,
+        {static_cast<int>(low.x()), static_cast<int>(low.y()), static_cast<int>(low.z())});
     if (!distance.smooth()) return 0.0;
     double mean = 0.0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -89,19 +95,24 @@ double volume_beyond(const TriangleMesh& mesh, std::size_t t, const Grid::ConstU
 
 double volume_of(const MaterialStack& stack, std::size_t layer) {
     const TriangleMesh mesh = extract_surface(stack, layer, surface::SharpEdges::all_beyond);
-    const auto* edges = mesh.vertex_attribute(kEdgeAttribute);
-    const auto is_at_edge = [&](std::size_t t) {
-        return edges && std::ranges::any_of(mesh.triangles[t],
-                                            [&](std::uint32_t v) { return edges->values[v] != 0.0; });
-    };
     std::vector<double> volumes(mesh.triangles.size());
     surface::parallel_each(volumes.size(), 1024, [&](std::size_t t) {
-        volumes[t] = volume_over(mesh, t, 0.0, stack.domain);
-        if (!stack.coarser && !is_at_edge(t))
-            volumes[t] +=
-                volume_beyond(mesh, t, stack.layers[layer].phi->getConstUnsafeAccessor(), stack.domain);
+        volumes[t] = volume_over(mesh, t, 0.0, stack.domain) + volume_beyond(mesh, t, stack, layer);
     });
     return std::accumulate(volumes.begin(), volumes.end(), 0.0);
+}
+
+std::vector<SurfacePiece> surface_pieces(const TriangleMesh& surface, const MaterialStack& stack) {
+    std::vector<SurfacePiece> pieces = surface_pieces(surface, stack.domain);
+    if (std::ranges::count(pieces, 0, &SurfacePiece::cover) == 0) return pieces;
+    const std::vector<std::uint32_t> part = piece_of_vertices(surface, stack.domain);
+    std::vector<SurfacePiece*> closed(part.size());  // by part
+    for (SurfacePiece& piece : pieces)
+        if (piece.cover == 0) closed[piece.part] = &piece;
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t)
+        if (SurfacePiece* piece = closed[part[surface.triangles[t][0]]])
+            piece->volume += volume_beyond(surface, t, stack, stack.layers.size() - 1);
+    return pieces;
 }
 
 }  // namespace sidewall::levelset

@@ -1,7 +1,9 @@
 #pragma once
 #include <cstddef>
+#include <vector>
 
 #include "levelset/layers/stack.hpp"
+#include "levelset/meshes/pieces.hpp"
 
 namespace sidewall::levelset {
 
@@ -13,5 +15,9 @@ namespace sidewall::levelset {
 /// where a second difference exceeds half a cell: between planes the mesh is exact.
 /// \note For a wafer of several levels (layers/levels.hpp) it is the mesh's volume.
 double volume_of(const MaterialStack& stack, std::size_t layer);
+
+/// The pieces of the wafer's surface, the volumes of closed ones up to the front, as in volume_of.
+/// \param surface  extract_surface of the top layer.
+std::vector<SurfacePiece> surface_pieces(const TriangleMesh& surface, const MaterialStack& stack);
 
 }  // namespace sidewall::levelset

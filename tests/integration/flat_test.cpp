@@ -214,3 +214,15 @@ TEST_CASE("commands know profiles: areas, a section for a picture, a cut for a f
             .exit_code == 0);
     CHECK(test::read_bytes(folder.path / "sweep/sweep.csv").find("wall_SiO2_at_1") != std::string::npos);
 }
+
+TEST_CASE("a substrate that ends at z = 0 is among the volumes of a step that leaves it alone") {
+    const test::Folder folder;
+    const std::string film = "[[step]]\nmodel = \"conformal\"\nmaterial = \"W\"\nthickness = 0.3\n";
+    const Recipe recipe = parse_recipe(
+        "[domain]\nextent = [4.0]\ngrid_spacing = 0.25\n[[layer]]\nmaterial = \"Si\"\n" + film, "flat.toml");
+    const Json json = run_recipe(recipe, {.output = folder.path, .quiet = true}).summary;
+    REQUIRE(json["metrology"].contains("removed_volume_Si"));
+    CHECK(json["metrology"]["added_volume_Si"] == 0.0);
+    CHECK(json["volumes"].contains("Si"));
+    CHECK_FALSE(json["volumes"].contains("SiO2"));
+}

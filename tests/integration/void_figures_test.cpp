@@ -59,9 +59,8 @@ std::string filled_trench(double spacing, const std::string& step) {
 
 TEST_CASE("a void has its number, volume, top and width, with its mirror image at mirrored sides") {
     // A tube of radius 0.3 along y about z = -1. Its chords cut off up to dx^2 / (8 r), a tenth of a cell
-    // with its rounding.
-    const double r = 0.3, tube = std::numbers::pi * r * r, line = 0.1 * kVoidSpacing,
-                 area = 2.0 * std::numbers::pi * r * line;
+    // with its rounding; its volume, 0.6 % too small within its chords, is that of the front.
+    const double r = 0.3, tube = std::numbers::pi * r * r, line = 0.1 * kVoidSpacing, area = 5e-4 * tube;
     for (const auto& [boundary, x, share] : {std::tuple{"reflective", 0.3, 1.0},
                                              {"reflective", 2.0, 0.5},
                                              {"reflective", -2.0, 0.5},
@@ -90,7 +89,7 @@ TEST_CASE("a void has its number, volume, top and width, with its mirror image a
 
 TEST_CASE("of a ball in the corner of two mirrored sides a quarter is in the domain") {
     const double r = 0.4, ball = 4.0 / 3.0 * std::numbers::pi * std::pow(r, 3), line = 0.1 * kVoidSpacing,
-                 volume = 4.0 * std::numbers::pi * r * r * line;
+                 volume = 1e-3 * ball;
     const auto wafer = [](const std::string& boundary, double x, double y) {
         return WaferWithVoids(
             domain_of_voids("[2.0, 2.0]", boundary) +

@@ -7,6 +7,7 @@
 #include "app/recipe/recipe_domain.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "levelset/meshes/grid_curvature.hpp"
+#include "levelset/meshes/volume.hpp"
 #include "simplify/simplify.hpp"
 #include "surface/curvature.hpp"
 
@@ -136,7 +137,7 @@ TracedSurface extract(const levelset::MaterialStack& stack, double time, Timing&
     if (surface.raw.triangles.empty())
         throw NumericsError(
             "the surface has vanished: no material boundary is left in the domain; shorten the step");
-    surface.pieces = levelset::surface_pieces(surface.raw, stack.domain);
+    surface.pieces = levelset::surface_pieces(surface.raw, stack);
     return surface;
 }
 

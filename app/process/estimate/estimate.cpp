@@ -28,7 +28,7 @@
 #include "flux/radiosity/exchange.hpp"
 #include "levelset/layers/levels.hpp"
 #include "levelset/meshes/extract.hpp"
-#include "levelset/meshes/pieces.hpp"
+#include "levelset/meshes/volume.hpp"
 #include "surface/files/vtp.hpp"
 
 namespace sidewall::app {
@@ -96,7 +96,7 @@ double seconds_to_save(const Model& model, const levelset::MaterialStack& stack,
 double seconds_to_close(const Recipe& recipe, const levelset::MaterialStack& stack) {
     const double start = now();
     const TriangleMesh surface = levelset::extract_surface(stack);
-    levelset::surface_pieces(surface, stack.domain);
+    levelset::surface_pieces(surface, stack);
     measure(recipe, stack, surface);
     layer_volumes(stack);
     return now() - start;

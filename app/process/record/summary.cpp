@@ -142,7 +142,10 @@ void add_volumes(const Recipe& recipe, const RunState& state, Json& summary, std
                      possible = history.added[m] == 0.0 ? std::min(0.0, change) : change,
                      net = settled(possible, domain) / width;
         grown += change;
-        if (history.initial[m] == 0.0 && last[m] == 0.0 && history.added[m] == 0.0) continue;
+        // A substrate up to z = 0 is on the wafer, too, though its volume above z = 0 is none.
+        if (history.initial[m] == 0.0 && history.added[m] == 0.0 &&
+            std::ranges::count(history.layer_materials, static_cast<int>(m)) == 0)
+            continue;
         const std::string& name = recipe.materials[m].name;
         measures.push_back({"added_volume_" + name, std::max(0.0, net), unit});
         measures.push_back({"removed_volume_" + name, std::max(0.0, -net), unit});

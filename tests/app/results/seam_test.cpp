@@ -55,3 +55,30 @@ TEST_CASE("films that have not met, or have come from the floor alone, leave no 
     CHECK(std::isnan(seam_depth(profile_through({{-2, 0.1}, {2, 0.1}}), kTrench)));  // after polishing
     CHECK(std::isnan(seam_depth(profile_through({{-2, 0.1}, {2, 0.1}}), profile_through({{-2, 0}, {2, 0}}))));
 }
+
+TEST_CASE("the film on a flat floor beside a floating bar is measured midway between the bar and its copy") {
+    // A bar 1 wide floats 0.4 above the floor of a periodic wafer. The film of 0.3 fills the gap below it.
+    Profile below = profile_through({{-2, 0}, {-1, 0}, {-0.6, -1e-12}, {0.6, 0}, {1, 0}, {1.9, 0}, {2, 0}}),
+            film = profile_through({{-2, 0.3}, {-0.8, 0.3}, {-0.8, 1.2}, {0.8, 1.2}, {0.8, 0.3}, {2, 0.3}});
+    below.lines.push_back({.points = {{-0.5, 0, 0.4}, {0.5, 0, 0.4}, {0.5, 0, 0.9}, {-0.5, 0, 0.9}},
+                           .triangles = {},
+                           .closed = true});
+    below.shifts = film.shifts = {-4.0, 4.0};
+    for (const double sign : {1.0, -1.0}) {
+        for (Profile* profile : {&below, &film})
+            for (surface::Polyline& line : profile->lines)
+                for (Vec3& p : line.points) p.x() *= sign;
+        const Film found = film_between(film, below, 0.1);
+        CHECK(found.top == Approx(0.3));
+        CHECK(found.bottom == Approx(0.3));
+    }
+}
+
+TEST_CASE(
+    "a bare floor has a film of no thickness, also where its mesh rounds a corner more than the one below") {
+    const Profile surface =
+        profile_through({{-2, 0.3}, {-0.4, 0.3}, {-0.4, -2.02}, {0.4, -2.02}, {0.4, 0.3}, {2, 0.3}});
+    const Film found = film_between(surface, kTrench, 0.1);
+    CHECK(found.top == Approx(0.3));
+    CHECK(found.bottom == 0.0);
+}
