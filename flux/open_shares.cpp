@@ -155,7 +155,7 @@ std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const Tri
             });
         };
         set_shares(from);
-        if (!whole_fans && !geometry.straight) set_shares(in_fans(in_half_shadow(wedges, open[b * tallies])));
+        if (!whole_fans) set_shares(in_fans(in_half_shadow(wedges, open[b * tallies])));
     }
     return open;
 }

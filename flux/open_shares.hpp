@@ -15,8 +15,8 @@ namespace sidewall::flux {
 /// \param scene   of \p mesh.
 /// \param box     from lateral_box(mesh, ...).
 /// \param coarse  triangles are so large that the share varies within them: averages over every triangle of a
-///                wedge's fan, as in an axial box. Else tests one point near the vertex, and in 3-D averages
-///                only in the penumbra.
+///                wedge's fan, as in an axial box. Else tests one point near the vertex, and averages only in
+///                the penumbra.
 /// \note O(triangles) rays, parallel, deterministic.
 std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const TriangleMesh& mesh,
                                              const surface::RayScene& scene, const LateralBox& box,

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "flux/open_shares.hpp"
@@ -230,6 +231,42 @@ TEST_CASE("the floor of a round hole receives what a narrow source sends there, 
         const Wedges wedges = make_wedges(mesh);
         const auto in_space = open_shares(direct, mesh, scene, box, wedges)[0];
         CHECK(share_on_floor(mesh, wedges, in_space, depth) == Approx(exact).epsilon(4e-3));
+    }
+}
+
+TEST_CASE("the floor of a profile's trench receives what a narrow source sends there, alike on both sides") {
+    // A strip one cell of 0.1 wide, from the top on the left over walls at x = -1 and 1 to that on the right.
+    constexpr double kCell = 0.1;
+    for (const int depth : {1, 2, 4}) {
+        std::vector<std::pair<double, double>> points{{-1.5, 0.0}};
+        for (int n = 0; n < 10 * depth; ++n) points.emplace_back(-1.0, -kCell * n);
+        for (int n = 0; n < 20; ++n) points.emplace_back(-1.0 + kCell * n, -depth);
+        for (int n = 10 * depth; n >= 0; --n) points.emplace_back(1.0, -kCell * n);
+        points.emplace_back(1.5, 0.0);
+        TriangleMesh mesh;
+        for (const auto& [x, z] : points)
+            for (const double y : {0.0, kCell}) mesh.vertices.push_back({x, y, z});
+        for (std::uint32_t n = 0; n + 3 < mesh.vertices.size(); n += 2) {
+            mesh.triangles.push_back({n, n + 2, n + 1});
+            mesh.triangles.push_back({n + 1, n + 2, n + 3});
+        }
+        const surface::RayScene scene(mesh);
+        const LateralBox box = lateral_box(mesh, {Boundary::reflective, Boundary::periodic});
+        const Wedges wedges = make_wedges(mesh);
+        Species species = parallel_ions();
+        species.source_exponent = 1000.0;
+        const std::vector<double> open = open_shares(DirectFlux(species), mesh, scene, box, wedges)[0];
+        // Slopes in x of cos^n are nearly normal, of variance v = 1 / (n + 2). Of a penumbra much narrower
+        // than the floor the mean over the floor loses sqrt(2 v / pi) depth / width on both sides together.
+        INFO(depth);
+        CHECK(share_on_floor(mesh, wedges, open, depth) ==
+              Approx(1.0 - std::sqrt(2.0 / 1002.0 / std::numbers::pi) * depth / 2.0).epsilon(4e-3));
+        double left = 0.0, right = 0.0;
+        for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+            if (const Vec3 middle = triangle_centroid(mesh, t); middle.z() < -0.999 * depth)
+                for (std::size_t k = 0; k < 3; ++k)
+                    (middle.x() < 0.0 ? left : right) += open[wedges.corner[3 * t + k]];
+        CHECK(left == Approx(right).epsilon(1e-3));
     }
 }
 
