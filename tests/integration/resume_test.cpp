@@ -373,7 +373,7 @@ TEST_CASE("a closed terminal ends a run like Ctrl-C: it can be resumed") {
     REQUIRE(child >= 0);
     if (child == 0) {
         setsid();
-        signal(SIGHUP, SIG_DFL);  // ignored where nohup started the tests
+        signal(SIGHUP, SIG_DFL);                     // ignored where nohup started the tests
         const int end = open(name.c_str(), O_RDWR);  // becomes the controlling terminal
         for (int stream = 0; stream < 3; ++stream) dup2(end, stream);
         if (chdir(folder.path.c_str()) != 0) _exit(126);
