@@ -46,18 +46,18 @@ struct MethodChoice {
     bool radiosity = false;  ///< radiosity costs less, not counting the first rays, which its exchange keeps
     bool viewed = false;     ///< radiosity has no noise, see Exchange::is_viewed: nothing was estimated
     double monte_carlo_cost = 0.0, radiosity_cost = 0.0;  ///< CPU time, in segments of the tracer
-    double spent = 0.0;   ///< cost of the first rays, a part of radiosity_cost
-    double target = 0.0;  ///< relative error for which radiosity_cost is estimated
-    double paths_target =
-        0.0;            ///< that for monte_carlo_cost: target, or half of it on a surface of revolution
-    double rays = 0.0;  ///< rays an unknown that radiosity gathers; 0 if not estimated
+    double spent = 0.0;         ///< cost of the first rays, a part of radiosity_cost
+    double target = 0.0;        ///< relative error for which radiosity_cost is estimated
+    double paths_target = 0.0;  ///< relative error for which monte_carlo_cost is estimated
+    double rays = 0.0;          ///< rays an unknown that radiosity gathers; 0 if not estimated
     std::vector<double> guess;  ///< flux by wedge from the first rays, to start a solver; empty without them
     std::string why_not;        ///< why radiosity cannot take the species; empty if it can
 };
 
 /// Estimates the costs of both methods for options.relative_error, or else for the error of Monte Carlo with
-/// options.rays. Traces a few thousand particles; if Monte Carlo then seems to cost more than radiosity's
-/// first rays, gathers these. The choice does not depend on the machine.
+/// options.rays. On a surface of revolution Monte Carlo's cost is that of half the error. Traces a few thousand
+/// particles; if Monte Carlo then seems to cost more than radiosity's first rays, gathers these. The choice does
+/// not depend on the machine.
 /// \param exchange  of the surface and the source; keeps the first rays, or uses those that it has.
 /// \param once      whether the process solves only this, like `sidewall flux`: radiosity then costs more.
 /// \throws as trace_flux.

@@ -67,37 +67,39 @@ class CellDistance {
     bool smooth_ = true;
 };
 
-// Volume between a triangle of a layer's surface and the front that it stands for, from the distance at its
-// edges' midpoints; 0 at edges of the mesh and on wafers of several levels.
-double volume_beyond(const TriangleMesh& mesh, std::size_t t, const MaterialStack& stack, std::size_t layer) {
-    const Domain& domain = stack.domain;
-    const auto* edges = mesh.vertex_attribute(kEdgeAttribute);
-    if (stack.coarser || (edges && std::ranges::any_of(mesh.triangles[t], [&](std::uint32_t v) {
-                              return edges->values[v] != 0.0;
-                          })))
-        return 0.0;
-    const Vec3 low = domain.to_index(triangle_centroid(mesh, t)).array().floor();
-    const CellDistance distance(
-        stack.layers[layer].phi->getConstUnsafeAccessor(), domain,
-        {static_cast<int>(low.x()), static_cast<int>(low.y()), static_cast<int>(low.z())});
-    if (!distance.smooth()) return 0.0;
-    double mean = 0.0;
-    for (std::size_t k = 0; k < 3; ++k) {
-        const Vec3 p =
-            0.5 * (mesh.vertices[mesh.triangles[t][k]] + mesh.vertices[mesh.triangles[t][(k + 1) % 3]]);
-        const double turn = domain.axial ? p.x() / share_of_turn(domain.max[1] - domain.min[1], 1.0) : 1.0;
-        mean -= turn * distance.at(domain.to_index(p) - low) / 3.0;
-    }
-    return triangle_area(mesh, t) * mean;
+// By triangle of a layer's surface: volume between it and the front that it stands for, from the distance at
+// its edges' midpoints; 0 at edges of the mesh and on wafers of several levels.
+auto volumes_beyond(const TriangleMesh& mesh, const MaterialStack& stack, std::size_t layer) {
+    return
+        [&mesh, &domain = stack.domain, &phi = *stack.layers[layer].phi, coarser = stack.coarser != nullptr,
+         edges = mesh.vertex_attribute(kEdgeAttribute)](std::size_t t) {
+            const auto& corners = mesh.triangles[t];
+            const auto on_edge = [&](std::uint32_t v) { return edges->values[v] != 0.0; };
+            if (coarser || (edges && std::ranges::any_of(corners, on_edge))) return 0.0;
+            const Vec3 low = domain.to_index(triangle_centroid(mesh, t)).array().floor();
+            const CellDistance distance(
+                phi.getConstUnsafeAccessor(), domain,
+                {static_cast<int>(low.x()), static_cast<int>(low.y()), static_cast<int>(low.z())});
+            if (!distance.smooth()) return 0.0;
+            double mean = 0.0;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const Vec3 p = 0.5 * (mesh.vertices[corners[k]] + mesh.vertices[corners[(k + 1) % 3]]);
+                const double turn =
+                    domain.axial ? p.x() / share_of_turn(domain.max[1] - domain.min[1], 1.0) : 1.0;
+                mean -= turn * distance.at(domain.to_index(p) - low) / 3.0;
+            }
+            return triangle_area(mesh, t) * mean;
+        };
 }
 
 }  // namespace
 
 double volume_of(const MaterialStack& stack, std::size_t layer) {
     const TriangleMesh mesh = extract_surface(stack, layer, surface::SharpEdges::all_beyond);
+    const auto beyond = volumes_beyond(mesh, stack, layer);
     std::vector<double> volumes(mesh.triangles.size());
     surface::parallel_each(volumes.size(), 1024, [&](std::size_t t) {
-        volumes[t] = volume_over(mesh, t, 0.0, stack.domain) + volume_beyond(mesh, t, stack, layer);
+        volumes[t] = volume_over(mesh, t, 0.0, stack.domain) + beyond(t);
     });
     return std::accumulate(volumes.begin(), volumes.end(), 0.0);
 }
@@ -109,9 +111,9 @@ std::vector<SurfacePiece> surface_pieces(const TriangleMesh& surface, const Mate
     std::vector<SurfacePiece*> closed(part.size());  // by part
     for (SurfacePiece& piece : pieces)
         if (piece.cover == 0) closed[piece.part] = &piece;
+    const auto beyond = volumes_beyond(surface, stack, stack.layers.size() - 1);
     for (std::size_t t = 0; t < surface.triangles.size(); ++t)
-        if (SurfacePiece* piece = closed[part[surface.triangles[t][0]]])
-            piece->volume += volume_beyond(surface, t, stack, stack.layers.size() - 1);
+        if (SurfacePiece* piece = closed[part[surface.triangles[t][0]]]) piece->volume += beyond(t);
     return pieces;
 }
 
