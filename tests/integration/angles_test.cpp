@@ -203,3 +203,34 @@ measures = ["undercut"]
     CHECK(undercut("layer[1].position=[0.0, 0.0]") == Approx(middle).margin(0.01));
     CHECK(undercut(R"(domain.boundary=["reflective", "periodic"])") == Approx(middle).margin(0.01));
 }
+
+// The beam leans by 30 degrees, so that the mask's left wall hides 0.3 tan(30) of its opening of 1. What is
+// lit sinks along the beam: a parallelogram. Walls are to be right to 0.4 cells in the mean over a depth of
+// 0.5.
+TEST_CASE("a tilted beam under a mask removes the parallelogram that it sees") {
+    const std::string rate = GENERATE("0.0", "-0.001");
+    const auto [spacing, shift] = GENERATE(table<double, double>(
+        {{0.1, 0.0}, {0.1, 0.6}, {0.05, 0.0}, {0.05, 0.3}, {0.05, 0.6}, {0.05, 0.9}, {0.025, 0.3}}));
+    CAPTURE(rate, spacing, shift);
+    const app::RunResult run = run_text(R"([domain]
+extent = [6.0]
+boundary = ["periodic", "periodic"]
+[[layer]]
+material = "Si"
+[[layer]]
+material = "Mask"
+shape = "trench"
+thickness = 0.3
+width = 1.0
+[[step]]
+model = "directional"
+duration = 0.5773502691896257
+directional = { Si = -1.0, Mask = )" + rate +
+                                            R"( }
+direction = [-0.5, 0.0, 0.8660254037844386]
+)",
+                                        {fmt::format("domain.grid_spacing={}", spacing),
+                                         fmt::format("layer[1].position=[{}, 0.0]", shift * spacing)});
+    const double exact = 0.5 * (1.0 - 0.3 * std::tan(std::numbers::pi / 6.0));
+    CHECK(-run.summary["volumes"]["Si"]["net"].get<double>() == Approx(exact).margin(0.4 * 0.5 * spacing));
+}

@@ -147,4 +147,27 @@ bool in_line_of_sight(const TracedSurface& surface, const Vec3& point, const Vec
     return flux::sees_source(*surface.scene, surface.box, position, path);
 }
 
+bool enters_slower_layer(const levelset::MaterialStack& stack, std::span<const double> rates,
+                         const Vec3& node, const Vec3& direction) {
+    const double dx = stack.domain.spacing;
+    // The lowest layer that a point is in, or no more than off cells away from; the number of layers if none.
+    const auto layer_at = [&](const Vec3& point, double off) {
+        std::size_t k = 0;
+        while (k < stack.layers.size() &&
+               levelset::distance_at(*stack.layers[k].phi, stack.domain, point) >= off * dx)
+            ++k;
+        return k;
+    };
+    // In cells: a line that touches an edge of a layer is shifted into it; interpolation rounds that edge, so
+    // that points beside it may seem to lie kRounded inside.
+    constexpr double kTouch = 0.02, kRounded = 0.015;
+    const std::size_t own = layer_at(node, kTouch);
+    const Vec3 start = kTouch * (Vec3(-direction.x(), -direction.y(), 0.0).normalized() + Vec3::UnitZ());
+    for (const double along : {0.0, 0.25, 0.5, 0.75, 1.0}) {
+        const std::size_t layer = layer_at(node + dx * (start + along * direction), -kRounded);
+        if (layer < rates.size() && layer > own && rates[layer] < 0.5 * rates[own]) return true;
+    }
+    return false;
+}
+
 }  // namespace sidewall::app

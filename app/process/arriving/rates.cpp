@@ -132,6 +132,17 @@ void interpolate_parts(const SurfaceFlux& arriving, bool whole, std::uint32_t tr
     }
 }
 
+// Etch rate of each layer where it faces the beam; 1 for those that are not inert if the model does not tell.
+std::vector<double> lit_etch_rates(const Model& model, const levelset::MaterialStack& stack) {
+    std::vector<double> rates;
+    for (const levelset::Layer& layer : stack.layers)
+        rates.push_back(is_inert(model, layer.material) ? 0.0
+                        : model.hints.max_etch_rate ? model.hints.max_etch_rate({.material = layer.material,
+                                                                                 .normal = *model.visibility})
+                                                    : 1.0);
+    return rates;
+}
+
 // Collects fluxes, coverages, positions, line of sight and open shares of beams at the samples.
 // \param hidden  from choose_faces, or empty.
 SamplePoints sample_points(const Model& model, const levelset::MaterialStack& stack,
@@ -158,6 +169,11 @@ SamplePoints sample_points(const Model& model, const levelset::MaterialStack& st
     samples.positions.resize(model.depends_on_position ? count : 0);
     samples.visible.resize(model.visibility ? count : 0);
     const bool inert_top = is_inert(model, stack.layers.back().material);
+    // By layer, for a tilted beam: a vertical one does not etch what lies behind a wall.
+    const std::vector<double> rates = model.visibility && !model.visibility->head<2>().isZero(0.0)
+                                          ? lit_etch_rates(model, stack)
+                                          : std::vector<double>();
+    constexpr double kOutside = -0.01;  // cells: nodes farther out of the material are in the gas
     const TriangleMesh& mesh = surface.traced();
     std::vector<std::size_t> beam_of;  // by open share of a sample
     std::size_t beams = 0;
@@ -183,8 +199,14 @@ SamplePoints sample_points(const Model& model, const levelset::MaterialStack& st
             const auto [a, b, c] = mesh.triangles[s.triangle];
             const auto& x = mesh.vertices;
             const Vec3 point = (1.0 - u - v) * x[a] + u * x[b] + v * x[c];
-            samples.visible[n] = in_line_of_sight(surface, point, area_vector(mesh, s.triangle).normalized(),
-                                                  *model.visibility, stack.domain.spacing);
+            const Vec3 normal = area_vector(mesh, s.triangle).normalized(), foot = s.foot.cast<double>();
+            const double dx = stack.domain.spacing;
+            const bool is_shadowed =
+                !rates.empty() && foot.dot(normal) > kOutside &&
+                enters_slower_layer(stack, rates, levelset::surface_point(s, stack.domain) - dx * foot,
+                                    *model.visibility);
+            samples.visible[n] =
+                !is_shadowed && in_line_of_sight(surface, point, normal, *model.visibility, dx);
         }
     });
     return samples;
