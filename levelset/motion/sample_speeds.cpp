@@ -124,7 +124,8 @@ void set_edges(const MaterialStack& stack, const Motion& motion, double duration
         if (v == 0.0) speeds.way[n] = Way::still;
         if (!(v < 0.0)) return;
         speeds.first[n] = static_cast<float>(v);
-        speeds.way[n] = Way::as_distance;
+        const bool shaded = !motion.extension.shaded.empty() && motion.extension.shaded[k] != 0;
+        speeds.way[n] = shaded ? Way::constant : Way::as_distance;
     });
 }
 

@@ -144,10 +144,10 @@ std::vector<double> lit_etch_rates(const Model& model, const levelset::MaterialS
 }
 
 // Collects fluxes, coverages, positions, line of sight and open shares of beams at the samples.
-// \param hidden  from choose_faces, or empty.
+// \param hidden, shades  from choose_faces and shade_nodes, or empty.
 SamplePoints sample_points(const Model& model, const levelset::MaterialStack& stack,
                            const TracedSurface& surface, const levelset::Extension& extension,
-                           std::span<const std::uint8_t> hidden) {
+                           std::span<const std::uint8_t> hidden, std::span<const double> shades) {
     const std::size_t count = extension.samples.size();
     SamplePoints samples;
     samples.count = count;
@@ -180,6 +180,9 @@ SamplePoints sample_points(const Model& model, const levelset::MaterialStack& st
     for (const DirectPart& part : samples.direct)
         for (std::size_t b = 0; b < part.source->beams(); ++b, ++beams)
             beam_of.insert(beam_of.end(), part.source->tallies(), beams);
+    std::vector<std::size_t> species_of;  // by tally
+    for (std::size_t k = 0; k < model.species.size(); ++k)
+        species_of.insert(species_of.end(), flux::tally_count(model.species[k]), k);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 256), [&](const auto& range) {
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
             const levelset::SurfaceSample& s = extension.samples[n];
@@ -187,6 +190,10 @@ SamplePoints sample_points(const Model& model, const levelset::MaterialStack& st
             if (surface.arriving)
                 interpolate_parts(*surface.arriving, samples.direct.empty(), s.triangle, u, v,
                                   std::span(samples.values).subspan(n * samples.stride, samples.stride));
+            if (n >= extension.plain() && !shades.empty())
+                for (std::size_t k = 0; k < species_of.size(); ++k)
+                    samples.values[n * samples.stride + k] *=
+                        shades[(n - extension.plain()) * model.species.size() + species_of[k]];
             for (std::size_t k = 0; n >= extension.plain() && !hidden.empty() && k < beam_of.size(); ++k)
                 if (hidden[(n - extension.plain()) * beams + beam_of[k]] != 0)
                     samples.values[(n + 1) * samples.stride - beam_of.size() + k] = 0.0;
@@ -325,9 +332,13 @@ levelset::Motion motion_of_level(const Model& model, const levelset::MaterialSta
                           : sharp || direct || !model.hints.dissipation.empty() ? Below::edges
                                                                                 : Below::depths);
     std::vector<std::uint8_t> hidden;
-    if (direct) hidden = choose_faces(surface, stack, extension);
+    std::vector<double> shades;
+    if (direct)
+        hidden = choose_faces(surface, stack, extension);
+    else if (sharp && surface.arriving)
+        shades = shade_nodes(surface, stack, model.species, extension);
     const auto points =
-        std::make_shared<const SamplePoints>(sample_points(model, stack, surface, extension, hidden));
+        std::make_shared<const SamplePoints>(sample_points(model, stack, surface, extension, hidden, shades));
     levelset::SpeedLaw law = law_at(points, model, stack, surface, extension);
     law.same_growth = same_growth;
     law.keeps_edges = sharp;
