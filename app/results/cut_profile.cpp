@@ -55,15 +55,20 @@ Profile with_beyond(const Profile& profile) {
     return all;
 }
 
-// The middle of the material at height z right of an opening, or else left of it; NaN if neither ends.
+// The middle of the wider material beside an opening at height z; NaN if neither ends. Of equally wide ones,
+// that left of the opening, or right of it where sides are periodic.
 double middle_beside(const Profile& profile, const std::pair<double, double>& open, double z) {
-    double left = kNone, right = kNone;
+    std::pair<double, double> left{kNone, kNone}, right = left;
     for (const auto& [from, to] : solid_at(profile, z)) {
         if (!std::isfinite(to - from)) continue;
-        if (to == open.first) left = 0.5 * (from + to);
-        if (from == open.second) right = 0.5 * (from + to);
+        if (to == open.first) left = {from, to};
+        if (from == open.second) right = {from, to};
     }
-    return std::isnan(right) ? left : right;
+    const double more = (right.second - right.first) - (left.second - left.first),
+                 rounding = 1e-6 * (open.second - open.first);
+    const bool is_right = more > (profile.shifts.empty() ? rounding : -rounding) || std::isnan(left.first);
+    const auto& [from, to] = is_right ? right : left;
+    return 0.5 * (from + to);
 }
 
 struct Floor {
@@ -131,13 +136,18 @@ ProfileSpan span_of_profile(const Profile& profile) {
             span.floor = std::min(span.floor, p.z());
             span.crest = std::max(span.crest, p.z());
         }
-    profile.each_segment([&](const Vec3& p, const Vec3& q) {
-        const double from = p.dot(profile.along), to = q.dot(profile.along);
-        if (from == to) return;
-        if (from == span.left || to == span.left) span.from_left.push_back((from == span.left ? p : q).z());
-        if (from == span.right || to == span.right)
-            span.from_right.push_back((from == span.right ? p : q).z());
-    });
+    for (const surface::Polyline& line : profile.lines) {
+        if (line.closed) continue;  // begins at neither end, also if it lies nearest to one
+        for (std::size_t k = 1; k < line.points.size(); ++k) {
+            const Vec3 &p = line.points[k - 1], &q = line.points[k];
+            const double from = p.dot(profile.along), to = q.dot(profile.along);
+            if (from == to) continue;
+            if (from == span.left || to == span.left)
+                span.from_left.push_back((from == span.left ? p : q).z());
+            if (from == span.right || to == span.right)
+                span.from_right.push_back((from == span.right ? p : q).z());
+        }
+    }
     return span;
 }
 
@@ -270,38 +280,45 @@ Film film_between(const Profile& surface, const Profile& below, double spacing) 
     const double half = 0.5 * (span.crest + span.floor);
     const std::pair<double, double> open = widest_opening(below, half);
     const double beside = middle_beside(below, open, half);
-    // Within a cell of a side there may be a wall and no flat top. A periodic domain may begin anywhere, so
-    // the film must not be measured at its ends.
-    const bool over_side = open.first < span.left + spacing || open.second > span.right - spacing,
-               across = (over_side || !below.shifts.empty()) && std::isfinite(beside);
+    // Within a cell of a side there may be a wall and no flat floor.
+    const bool over_side = open.first < span.left + spacing || open.second > span.right - spacing;
     const Profile all_above = with_beyond(surface), all_below = with_beyond(below);
-    const Floor floor = deepest_point(
-        all_below, over_side && across ? open : std::pair(span.left, span.right), kFlat * spacing);
-    const double along = across ? beside : span.left, crest = crossings(all_below, along).second,
+    const Floor floor =
+        deepest_point(all_below, over_side && std::isfinite(beside) ? open : std::pair(span.left, span.right),
+                      kFlat * spacing);
+    const double along = std::isfinite(beside) ? beside : span.left,
+                 crest = crossings(all_below, along).second,
                  top = measure_flats(all_above, all_below, along,
                                      middle_of_floor(below, floor, crest, spacing), floor.z, spacing, film);
     const double middle = 0.5 * (top + span.floor);
-    const auto bare = widest_opening(below, middle), left = opening_over(surface, middle, bare);
+    const std::pair<double, double> halfway = widest_opening(below, middle);
+    // The film's mesh may have cut the corner of floor and wall over up to two cells. So if its floor lies
+    // as near to halfway down, or up to a cell higher, its side is measured above that.
+    const double film_floor = deepest_point(all_above, halfway).z,
+                 clear = film_floor + std::min(2.0 * spacing, 0.5 * (top - film_floor)),
+                 at = film_floor < middle + spacing ? std::max(middle, clear) : middle;
+    const auto bare = opening_over(below, at, halfway), left = opening_over(surface, at, bare);
     const double width = bare.second - bare.first, still_open = left.second - left.first;
     constexpr double kNearMiddle = 0.02;  // share of the depth
     // Without a film on the walls the meshes round corners differently, and `side` may come out negative.
     const double side = 0.5 * (width - still_open);
-    if (!has_ledge(below, middle, kNearMiddle * film.depth)) film.side = side < 0.0 ? 0.0 : side;
+    if (!has_ledge(below, at, kNearMiddle * film.depth)) film.side = side < 0.0 ? 0.0 : side;
     film.filled = std::isfinite(width) && !std::isfinite(still_open);
     return film;
 }
 
-double seam_depth(const Profile& surface, const Profile& below) {
+double seam_depth(const Profile& surface, const Profile& below, double spacing) {
     const ProfileSpan span = span_of_profile(below);
-    if (!std::isfinite(span.floor)) return kNone;
+    if (!(span.crest - span.floor > kFlat * spacing)) return kNone;
     const double half = 0.5 * (span.crest + span.floor);
     const std::pair<double, double> open = widest_opening(below, half);
     const Profile above = with_beyond(surface);
     const Floor floor = deepest_point(with_beyond(below), open), notch = deepest_point(above, open);
     if (!std::isfinite(notch.z) || !std::isfinite(floor.z)) return kNone;
-    // When the walls of an even film meet, the film on the floor is half the width thick.
+    // When the walls of an even film meet, the film on the floor is half the width thick. Of an opening less
+    // than a cell wide, as at the tip of a bare groove, the meshes differ without a film.
     const double width = opening(below, std::min(notch.z, half));
-    if (!(notch.z - floor.z > 0.5 * width)) return kNone;
+    if (!(width > spacing && notch.z - floor.z > 0.5 * width)) return kNone;
     constexpr double kNotch = 0.1;  // least slope of both sides of a notch
     for (const double aside : {-0.25 * width, 0.25 * width})
         if (!(crossings(above, notch.along + aside).first - notch.z > kNotch * 0.25 * width)) return kNone;

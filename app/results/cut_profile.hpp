@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -69,28 +70,36 @@ double opening(const Profile& profile, double z);
 std::pair<double, double> opening_over(const Profile& profile, double z,
                                        const std::pair<double, double>& other);
 
+/// Number of heights at which walls are measured: four a cell, as many if rounding makes them a little higher.
+inline int wall_samples(double height, double spacing) {
+    return static_cast<int>(std::ceil(4.0 * height / spacing - 1e-6));
+}
+
 /// Figures of the film between two profiles of a wafer; kNone where one does not exist.
 struct Film {
     double top = kNone, side = kNone,
            bottom = kNone;  ///< thickness beside the opening, on its wall halfway down, on its floor
     double depth = kNone;   ///< of the structure that it covers
-    bool filled = false;    ///< the opening is closed halfway down
+    bool filled =
+        false;  ///< the film's floor is over a cell higher than halfway down, or there is no opening
 
     /// Step coverage: \p thickness over that of the top; NaN without a film, if it fills the opening, or if
     /// what it covers is at most two grid spacings deep.
     double coverage(double thickness, double spacing) const;
 };
 
-/// Measures the film between \p surface and the profile \p below it. The top is measured at the left end or,
-/// if sides are periodic or the opening reaches within a cell of one, in the middle of the material beside
-/// the opening; the floor midway between its walls, copies beyond the sides included. If \p below is flat
-/// within 0.02 grid spacings, the bottom is measured in the middle of the profile, without a side. O(n).
+/// Measures the film between \p surface and the profile \p below it. The top is measured in the middle of the
+/// wider material beside the opening, or at the left end if there is none; the floor midway between its walls,
+/// copies beyond the sides included; the side halfway down, but two cells above the film's floor, unless that
+/// is over a cell higher than halfway. If \p below is flat within 0.02 grid spacings, the bottom is measured in
+/// the middle of the profile, without a side. O(n).
 Film film_between(const Profile& surface, const Profile& below, double spacing);
 
 /// Depth below z = 0 of the upper end of a seam, where the films on both walls of the widest opening in
 /// \p below have met: the lowest point of the open surface there. kNone unless that is a notch, with slopes
 /// of at least 0.1, higher above the floor than half the width: film from the floor alone leaves no seam.
+/// kNone, too, if the opening is less than a cell wide there, so that it may be bare, or \p below is flat.
 /// \param surface  profile of the open surface. O(n) in segments.
-double seam_depth(const Profile& surface, const Profile& below);
+double seam_depth(const Profile& surface, const Profile& below, double spacing);
 
 }  // namespace sidewall::app

@@ -52,7 +52,7 @@ double recess(WaferCut& cuts, int material) {
     double narrowest = kNone, below = 0.0;
     bool floor = true;
     if (!(high > low)) return kNone;
-    const int count = static_cast<int>(std::ceil(4.0 * (high - low) / dx));
+    const int count = wall_samples(high - low, dx);
     for (int k = 0; k < count; ++k) {
         const double z = low + (k + 0.5) * (high - low) / count;
         const auto [left, right] = widest_opening(cuts.open(), z);

@@ -39,7 +39,7 @@ struct Wall {
 Wall wall(const Profile& profile, double depth, double spacing) {
     Wall result;
     if (!(depth > 2.0 * spacing)) return result;
-    const int count = static_cast<int>(std::ceil(4.0 * depth / spacing));
+    const int count = wall_samples(depth, spacing);
     result.step = depth / count;
     for (int k = 0; k < count; ++k) result.opening.push_back(opening(profile, -(k + 0.5) * result.step));
     return result;
@@ -144,16 +144,17 @@ class Metrologist {
         } else if (what == "sidewall_angle") {
             measures_.push_back({what, sidewall_angle(openings()), "degree"});
         } else if (what == "bow") {
-            double widest = kNone;
+            const double mouth = opening(cut_.open(), -dx);
+            double widest = mouth;
             for (const double w : openings().opening) widest = std::fmax(widest, w);
-            add(what, widest - opening(cut_.open(), -dx));
+            add(what, widest - mouth);
         } else if (what == "undercut") {
             const double z = section_.mask_bottom;
             add(what, 0.5 * (opening(cut_.open(), z - dx) - mask_opening(cut_.open(), z, dx)));
         } else if (what == "aspect_ratio") {
             add_pure(what, depth() / opening(cut_.open(), -0.5 * depth()));
         } else if (what == "seam_depth") {
-            add(what, stack_.layers.size() > 1 ? seam_depth(cut_.open(), cut_.open_below()) : kNone);
+            add(what, stack_.layers.size() > 1 ? seam_depth(cut_.open(), cut_.open_below(), dx) : kNone);
         }
     }
     void add_scallops() {

@@ -136,6 +136,74 @@ TEST_CASE("a film in a trench over a side is measured as one in the middle") {
     }
 }
 
+TEST_CASE("a mirrored wafer, and one in nm, has the same figures") {
+    // A film of 0.3 on a trench inside of the domain and a narrower half one at a side, which it fills.
+    const auto figures = [](double mirror, double unit) {
+        const auto at = [&](double length) { return fmt::format("{:.9g}", length * unit); };
+        const auto trench = [&](double width, double depth, double x) {
+            return "[[layer]]\nsubtract = true\nshape = \"trench\"\nwidth = " + at(width) +
+                   "\ndepth = " + at(depth) + "\nposition = [" + at(mirror * x) + ", 0.0]\n";
+        };
+        Json found =
+            run_profile("[domain]\nextent = [" + at(3.0) + "]\ngrid_spacing = " + at(0.1) +
+                        "\nlength_unit = " + (unit == 1.0 ? "\"um\"\n" : "\"nm\"\n") + kSilicon +
+                        trench(0.83, 1.3, -0.57) + trench(0.5, 0.9, 1.5) +
+                        "[metrology]\nmeasures = [\"film\", \"depth\", \"sidewall_angle\", \"bow\"]\n"
+                        "[[step]]\nmodel = \"conformal\"\nmaterial = \"W\"\nthickness = " +
+                        at(0.3) + "\n")["metrology"];
+        for (const char* name : {"film_top", "film_side", "film_bottom", "depth", "bow"})
+            if (found[name].is_number()) found[name] = found[name].get<double>() / unit;
+        return found;
+    };
+    const Json one = figures(1.0, 1.0);
+    CHECK(one["film_top"].get<double>() == Approx(0.3).margin(1.01 * 2.0 * kFace));
+    CHECK(one["film_side"].get<double>() == Approx(0.3).margin(0.02 * 0.1));
+    for (const auto& [mirror, unit] : {std::pair(-1.0, 1.0), {1.0, 1000.0}}) {
+        const Json other = figures(mirror, unit);
+        INFO(one << " and " << other);
+        for (const char* name : {"film_top", "film_side", "film_bottom", "depth", "sidewall_angle", "bow"}) {
+            REQUIRE(other[name].is_number() == one[name].is_number());
+            if (one[name].is_number())
+                CHECK(other[name].get<double>() ==
+                      Approx(one[name].get<double>()).margin(0.002 * 0.1).epsilon(1e-5));
+        }
+    }
+}
+
+TEST_CASE("widths are those of bodies that reach no side, not of the gas between them") {
+    // A closed square, and the lines at the ends of what spans the domain.
+    Profile square{.lines = {{.points = {{-0.4, 0, -2}, {0.4, 0, -2}, {0.4, 0, 0.3}, {-0.4, 0, 0.3}},
+                              .triangles = {},
+                              .closed = true}},
+                   .along = Vec3::UnitX(),
+                   .mirrors = {-1.0, 1.0},
+                   .shifts = {}};
+    const Stretches solid = solid_at(square, -1.0);
+    REQUIRE(solid.size() == 3);  // with its images
+    CHECK(solid[1] == std::pair(-0.4, 0.4));
+    CHECK(widest_opening(square, -1.0).second - widest_opening(square, -1.0).first == Approx(1.2));
+    CHECK(solid_below(square, 0.0) == Stretches{{-2.0, 0.3}});
+}
+
+TEST_CASE("an even film has its thickness on the wall, too, where its floor reaches halfway up the trench") {
+    for (const double dx : {0.1, 0.05})
+        for (const double depth : {1.0, 0.97})
+            for (const double cells : {-0.2, -0.1, -0.02, 0.0, 0.02, 0.1, 0.9}) {
+                const double film = 0.5 * depth + cells * dx;
+                const Json found = run_profile(fmt::format(
+                    "[domain]\nextent = [5.0]\ngrid_spacing = {}\n[[layer]]\nmaterial = \"Si\"\n"
+                    "shape = \"trench\"\nwidth = 3.0\ndepth = {}\n[[step]]\nmodel = \"conformal\"\n"
+                    "material = \"W\"\nthickness = {}\n[metrology]\nmeasures = [\"film\"]\n",
+                    dx, depth, film))["metrology"];
+                INFO(dx << ", " << depth << " deep, " << cells << " cells over half: " << found);
+                for (const char* name : {"film_top", "film_side", "film_bottom"}) {
+                    REQUIRE(found[name].is_number());
+                    CHECK(found[name].get<double>() == Approx(film).margin(0.01 * dx));
+                }
+                CHECK(found["step_coverage_side"].get<double>() == Approx(1.0).margin(0.02 * dx / film));
+            }
+}
+
 TEST_CASE("a film halfway down at the ceiling of a cavity is no film on a wall") {
     // A film of 0.1 everywhere; a cavity as wide as the domain begins below the trench's upper half.
     const auto film = [](double ceiling) {
