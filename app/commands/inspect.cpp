@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <optional>
 
 #include "app/commands/cli_options.hpp"
 #include "app/common/console.hpp"
@@ -173,8 +174,8 @@ void print_summary(const Json& summary) {
 }
 
 /// Measures the chosen wafer: the figures in \p names or, if that is empty, those that the recipe asks for.
-Json measured(const Result& result, const std::string& input, const WaferChoice& choice,
-              const std::vector<std::string>& names) {
+std::vector<Measure> measured(const Result& result, const std::string& input, const WaferChoice& choice,
+                              const std::vector<std::string>& names) {
     if (!result.folder)
         throw RecipeError("{}: --measure needs the folder that `run` wrote, with its checkpoint.vdb", input);
     const fs::path folder = input;
@@ -186,18 +187,23 @@ Json measured(const Result& result, const std::string& input, const WaferChoice&
                               name);
         want_measure(recipe, name, "--measure");
     }
-    Json json = Json::object();
     std::optional<SavedSurface> saved;
     if (choice.named()) saved = saved_choice(folder, choice);
-    for (const Measure& measure : measure_saved(folder, recipe, saved, !names.empty()))
-        json[measure.name] = {{"value", number_or_null(measure.value, 6)}, {"unit", measure.unit}};
+    return measure_saved(folder, recipe, saved, !names.empty());
+}
+
+Json measures_json(const std::vector<Measure>& measures) {
+    Json json = Json::object();
+    for (const Measure& m : measures)
+        if (is_listed(m)) json[m.name] = {{"value", number_or_null(m.value, 6)}, {"unit", m.unit}};
     return json;
 }
 
-void print_measures(const Json& measures) {
+void print_measures(const std::vector<Measure>& measures) {
     print_plain("measures\n");
-    for (const auto& [name, measure] : measures.items())
-        print_plain("  {:<22} {:.6g} {}\n", name, measure["value"], measure["unit"]);
+    for (const Measure& m : measures)
+        print_plain("  {:<22} {}\n", m.name,
+                    std::isfinite(m.value) ? fmt::format("{:.6g} {}", m.value, m.unit) : "none");
 }
 
 void inspect(const std::string& input, const std::string& json_file, const WaferChoice& choice,
@@ -206,8 +212,9 @@ void inspect(const std::string& input, const std::string& json_file, const Wafer
     const std::string unfinished = unfinished_note(input);
     const bool has_wafer = result.folder && is_there(*result.folder / "checkpoint.vdb");
     Json json;
+    std::optional<std::vector<Measure>> measures;
     if (!names.empty() || ((choice.named() || !unfinished.empty()) && has_wafer))
-        json["measures"] = measured(result, input, choice, names);
+        json["measures"] = measures_json(measures.emplace(measured(result, input, choice, names)));
     if (result.folder) json["finished"] = unfinished.empty();
     json["file"] = result.source.string();
     json["surface"] = mesh_json(result.surface);
@@ -226,7 +233,7 @@ void inspect(const std::string& input, const std::string& json_file, const Wafer
         if (result.summary) print_summary(*result.summary);
         if (!unfinished.empty()) print_plain("{}\n", unfinished);
         print_mesh(result, json["surface"]);
-        if (json.contains("measures")) print_measures(json["measures"]);
+        if (measures) print_measures(*measures);
         std::fflush(stdout);
     }
     if (!json_file.empty()) write_json(json_file, json);

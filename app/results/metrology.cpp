@@ -299,6 +299,10 @@ std::vector<Measure> measure(const Recipe& recipe, const MetrologySection& secti
     return Metrologist(recipe, section, stack, mesh).take();
 }
 
+bool is_listed(const Measure& measure) {
+    return std::isfinite(measure.value) || !measure.name.starts_with("step_coverage");
+}
+
 Measure measure_named(const Recipe& recipe, const std::string& name, const levelset::MaterialStack& stack,
                       const TriangleMesh& surface) {
     MetrologySection one = recipe.metrology;

@@ -44,6 +44,9 @@ std::vector<Measure> measure(const Recipe& recipe, const levelset::MaterialStack
 std::vector<Measure> measure(const Recipe& recipe, const MetrologySection& section,
                              const levelset::MaterialStack& stack, const TriangleMesh& surface);
 
+/// Whether JSON lists a figure. Those that do not exist are null in it, but step coverages are left out.
+bool is_listed(const Measure& measure);
+
 /// Measures one figure of measure() by its name; NaN if there is no such figure.
 Measure measure_named(const Recipe& recipe, const std::string& name, const levelset::MaterialStack& stack,
                       const TriangleMesh& surface);

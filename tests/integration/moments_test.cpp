@@ -142,6 +142,17 @@ TEST_CASE("inspect, render, export and report take a step or a time of a run's f
     for (const char* command :
          {"render out -o etch.png --step etch --size 100x80", "export out -o etch.stl --step etch",
           "export out -o etch.csv --step strip --cut y=0", "report out -o etch.html --step liner"}) {
+    // Figures that do not exist are null, and step coverages absent, wherever JSON lists figures.
+    const json strip =
+        json::parse(test::read_bytes(folder.path / "out/summary.json"))["steps"][2]["measures"];
+    for (const json& measures : {inspected("--step strip")["measures"],
+                                 inspected("--step strip --measure film")["measures"], strip}) {
+        INFO(measures);
+        CHECK(measures.contains("film_side"));
+        CHECK_FALSE(measures.contains("step_coverage_side"));
+    }
+    CHECK(strip["film_side"].is_null());
+    CHECK(says(test::run_program(folder.path, "inspect out --step strip"), "step_coverage_side     none"));
         const auto outcome = test::run_program(folder.path, command);
         INFO(outcome.output);
         CHECK(outcome.exit_code == 0);

@@ -69,7 +69,8 @@ Json steps_json(const std::vector<Step>& steps, const RunState& state) {
                                 {"bare", share(end.endpoint_bare)},
                                 {"over_etch", number_or_null(end.over_etch, kTimeDigits)}};
         if (end.bare) step["bare"] = share(end.bare);
-        for (const Measure& m : end.measures) step["measures"][m.name] = number_or_null(m.value, kDigits);
+        for (const Measure& m : end.measures)
+            if (is_listed(m)) step["measures"][m.name] = number_or_null(m.value, kDigits);
         list.push_back(std::move(step));
     }
     return list;
@@ -200,7 +201,7 @@ Json summary_of(const Recipe& recipe, const RunState& state, const std::vector<S
     std::vector<Measure> measures = measure(recipe, state.stack, surface.raw);
     add_volumes(recipe, state, summary, measures);
     for (const Measure& m : measures) {
-        if (!std::isfinite(m.value) && m.name.starts_with("step_coverage")) continue;
+        if (!is_listed(m)) continue;
         summary["metrology"][m.name] = number_or_null(m.value, kDigits);
         summary["metrology_units"][m.name] = m.unit;
     }
