@@ -1,5 +1,8 @@
+#include <fmt/format.h>
+
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 #include <vector>
 
 #include "app/process/simulation.hpp"
@@ -139,9 +142,6 @@ TEST_CASE("inspect, render, export and report take a step or a time of a run's f
     // The wafer is rebuilt from its meshes, which makes an error of a hundredth of a cell.
     CHECK(inspected("--step strip --measure cd_at_0.2")["measures"]["cd_at_0.2"]["value"].get<double>() ==
           Approx(1.0).margin(0.005));
-    for (const char* command :
-         {"render out -o etch.png --step etch --size 100x80", "export out -o etch.stl --step etch",
-          "export out -o etch.csv --step strip --cut y=0", "report out -o etch.html --step liner"}) {
     // Figures that do not exist are null, and step coverages absent, wherever JSON lists figures.
     const json strip =
         json::parse(test::read_bytes(folder.path / "out/summary.json"))["steps"][2]["measures"];
@@ -153,6 +153,9 @@ TEST_CASE("inspect, render, export and report take a step or a time of a run's f
     }
     CHECK(strip["film_side"].is_null());
     CHECK(says(test::run_program(folder.path, "inspect out --step strip"), "step_coverage_side     none"));
+    for (const char* command :
+         {"render out -o etch.png --step etch --size 100x80", "export out -o etch.stl --step etch",
+          "export out -o etch.csv --step strip --cut y=0", "report out -o etch.html --step liner"}) {
         const auto outcome = test::run_program(folder.path, command);
         INFO(outcome.output);
         CHECK(outcome.exit_code == 0);
@@ -166,6 +169,20 @@ TEST_CASE("inspect, render, export and report take a step or a time of a run's f
     }
     CHECK(test::run_program(folder.path, "inspect etch.stl --step etch").exit_code == 2);
     CHECK(test::run_program(folder.path, "inspect out --step etch --time 1").exit_code == 2);
+}
+
+TEST_CASE("a run's profiles are those that export cuts from its surfaces, byte by byte") {
+    const test::Folder folder;
+    run_moments(folder, {"output.profiles=[\"y=0\", \"y=0.03\"]"});
+    for (const auto& [step, number] : {std::pair("1", "0000"), {"etch", "0001"}, {"liner", "0003"}})
+        for (const auto& [cut, suffix] : {std::pair("y=0", ""), {"y=0.03", "_1"}}) {
+            const auto outcome = test::run_program(
+                folder.path, fmt::format("export out -o cut.csv --cut {} --step {}", cut, step));
+            INFO(outcome.output);
+            REQUIRE(outcome.exit_code == 0);
+            CHECK(test::read_bytes(folder.path / "cut.csv") ==
+                  test::read_bytes(folder.path / fmt::format("out/profile_{}{}.csv", number, suffix)));
+        }
 }
 
 TEST_CASE("an unfinished run can be drawn and measured, and is said to be unfinished") {

@@ -287,7 +287,6 @@ void RunFolder::save(RunState& state, const Model& model, const TracedSurface& s
     if (writes_) {
         require_there();
         write_meshes(state, model, surface, after);
-        write_profiles(surface.raw, state.saved);
     }
     ++state.saved;
     state.stacks.push_back({state.process_time(), state.step, layer_materials(state.stack)});
@@ -300,6 +299,7 @@ void RunFolder::write_meshes(RunState& state, const Model& model, const TracedSu
     int part = 0;
     const auto write = [&](const std::string& name, TriangleMesh mesh) {
         widen_to_strip(recipe_, mesh);
+        if (part == 0) write_profiles(mesh, state.saved);  // of the surface, so that `export` gives the same
         surface::write_mesh(options_.output / name, mesh, meta);
         state.files.push_back({state.process_time(), part++, name, after});
     };
