@@ -146,3 +146,15 @@ TEST_CASE("what no step grows has added nothing, and rates are by step") {
                           2.5)
                        .epsilon(1e-4));
 }
+
+TEST_CASE("errors of a mask's volume in steps that leave it alone do not add up") {
+    const test::Folder folder;
+    const Json volumes = run_recipe(load_recipe(SIDEWALL_SOURCE_DIR "/configs/quick/faraday_cage.toml"),
+                                    {.output = folder.path, .quiet = true})
+                             .summary["volumes"];
+    INFO(volumes);
+    for (const char* material : {"Si", "Mask"})
+        CHECK(volumes[material]["gross_removed"].get<double>() ==
+              Approx(-volumes[material]["net"].get<double>()).epsilon(1e-5));
+    CHECK(volumes["Mask"]["gross_removed"].get<double>() < 0.01 * 0.5);  // a hundredth of the mask
+}

@@ -46,8 +46,10 @@ void end_step(const levelset::MaterialStack& stack, std::size_t step, StepEnd en
     history.ends[step].grown +=
         std::accumulate(after.begin(), after.end(), 0.0) - std::accumulate(before.begin(), before.end(), 0.0);
     const auto account = [&](std::size_t material, double change) {
-        if (change > 0.0 && !may_grow(static_cast<int>(material))) return;
-        (change > 0.0 ? history.added : history.removed)[material] += std::abs(change);
+        if (change > 0.0 && may_grow(static_cast<int>(material)))
+            history.added[material] += change;
+        else  // the meshes' errors at contact lines, of either sign, must not add up
+            history.removed[material] -= change;
     };
     const std::size_t count = history.initial.size();
     const std::vector<double> is = by_material(materials, after, count);

@@ -153,7 +153,8 @@ void add_volumes(const Recipe& recipe, const RunState& state, Json& summary, std
         summary["volumes"][name] =
             Json{{"net", number_or_null(net, kDigits)},
                  {"gross_added", number_or_null(settled(history.added[m], domain) / width, kDigits)},
-                 {"gross_removed", number_or_null(settled(history.removed[m], domain) / width, kDigits)}};
+                 {"gross_removed",
+                  number_or_null(std::max(0.0, settled(history.removed[m], domain)) / width, kDigits)}};
     }
     if (state.process_time() > 0.0)
         measures.push_back(
