@@ -110,6 +110,12 @@ class Refiner {
             !run.resume &&
             (overwrite || holds_other_settings(folder, settings, text) ||
              std::ranges::any_of(own_, [&](const auto& own) { return holds_recipe(folder, own); }));
+        if (options_.resume && !run.resume && !run.overwrite &&
+            (is_there(folder / "summary.json") || is_there(folder / "checkpoint.vdb")))
+            throw RecipeError(
+                "{}: holds a run that --accuracy cannot go on with, as it is of another recipe or was made "
+                "without --accuracy: choose another folder with -o, or replace it with --overwrite",
+                folder.string());
         own_.insert(text);
         return run_recipe(recipe, run);
     }

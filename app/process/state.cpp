@@ -11,6 +11,7 @@
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
 #include "app/process/revision.hpp"
+#include "app/process/run_options.hpp"
 #include "app/recipe/effective_recipe.hpp"
 #include "app/recipe/steps.hpp"
 #include "app/schema/keys.hpp"
@@ -215,7 +216,9 @@ Checkpoint read_checkpoint(const std::filesystem::path& folder, const Recipe& re
 }
 
 RunState resume_state(const std::filesystem::path& folder, const Recipe& recipe) {
-    const std::string advice = "choose another folder with -o, or start anew with --overwrite";
+    std::string advice = "choose another folder with -o, or start anew with --overwrite";
+    if (std::filesystem::is_directory(folder / kAccuracyFolder))
+        advice = "it was run to an accuracy: repeat its --accuracy, " + advice;
     Checkpoint checkpoint = read_checkpoint(folder, recipe, advice);
     try {
         const std::vector<InputFile> inputs = input_files(input_paths(recipe));

@@ -157,6 +157,19 @@ TEST_CASE("a run to an accuracy goes on to another one, up and down, and makes d
     CHECK(etch.summary()["accuracy"]["cd_at_0.5"]["status"] == "reached");
 }
 
+TEST_CASE("a run to an accuracy goes on with its own runs alone, and says so") {
+    const Case c(kEtch);
+    const std::string asked = "--accuracy depth=20% --quiet --resume";
+    c.run("--quiet");
+    const std::string plain = read_bytes(c.path / "out/checkpoint.vdb");
+    CHECK_THAT(c.run(asked, 2).output, Catch::Contains("out: holds a run that --accuracy cannot go on with"));
+    CHECK(read_bytes(c.path / "out/checkpoint.vdb") == plain);
+    c.run("--accuracy depth=20% --quiet --overwrite");
+    CHECK_THAT(c.run(asked + " --set step[0].rate.Si=-0.4", 2).output, Catch::Contains("cannot go on with"));
+    CHECK_THAT(c.run("--quiet --resume", 3).output, Catch::Contains("repeat its --accuracy"));
+    c.run(asked);
+}
+
 TEST_CASE("grids too coarse for the wafer are passed over, again when going on") {
     const std::string narrow = kEtch + "[metrology]\nmeasures = [\"depth\"]\n";
     const Case etch(narrow);
