@@ -22,8 +22,8 @@ constexpr double kRayCost = 6.0, kRayCostOnce = 8.0, kPilotRays = 4096.0;
 constexpr double kRayCostRound = 2.0, kSkyCostRound = 100.0;
 // Share of the target error to which Monte Carlo competes on a surface of revolution. Radiosity sees the sky
 // of every ring exactly there, so that its error lies deep in the hole. Monte Carlo of the same error is
-// noisy on open walls and at the foot of a mask, too: with it the opening of a fluorocarbon contact scatters by
-// 7 % between seeds, by 1 % with radiosity.
+// noisy on open walls and at the foot of a mask, too: with it the opening of a fluorocarbon contact scatters
+// by 7 % between seeds, by 1 % with radiosity.
 constexpr double kErrorRound = 0.5;
 constexpr double kMargin = 1.1;  // factor on the rays needed, because estimated errors scatter
 // Expected error from three halvings of the rays over that from one: a root mean square of three normal
