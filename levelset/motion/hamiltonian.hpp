@@ -148,13 +148,16 @@ float lax_friedrichs(const Vec3& minus, const Vec3& plus, const Vec3& bounds, Sp
 template <class SpeedOf>
 bool beside_slow_face(const Vec3& minus, const Vec3& plus, SpeedOf&& speed_of) {
     constexpr double kTilt = 0.1, kSteep = 2.0, kSame = 0.1;
-    for (int corner = 0; corner < 8; ++corner) {  // of the box between the gradients; once along thin axes
+    // Ends and middles of the box between the gradients; middles alone along thin axes. A face of a pit's
+    // tip, where four meet, lies in the middle of one axis.
+    for (int place = 0; place < 27; ++place) {
+        const int part[3] = {place % 3 - 1, place / 3 % 3 - 1, place / 9 - 1};
         Vec3 p;
         bool again = false;
         for (int axis = 0; axis < 3; ++axis) {
-            const bool thin = std::abs(plus[axis] - minus[axis]) < kSame, end = (corner >> axis & 1) != 0;
-            p[axis] = thin ? 0.5 * (minus[axis] + plus[axis]) : end ? plus[axis] : minus[axis];
-            again = again || (thin && end);
+            const double half = 0.5 * (plus[axis] - minus[axis]);
+            p[axis] = 0.5 * (minus[axis] + plus[axis]) + part[axis] * half;
+            again = again || (part[axis] != 0 && 2.0 * std::abs(half) < kSame);
         }
         if (again || p.norm() < kSame) continue;
         const Vec3 normal = p.normalized();
