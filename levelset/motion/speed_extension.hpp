@@ -49,7 +49,8 @@ struct Extension {
     /// By edge node: its closest surface point lies on the cover's edge, so that no other front reaches it
     /// sooner. Empty: all.
     std::vector<std::uint8_t> at_cover{};
-    /// By edge node: V is far smaller there than at the edge, so that the front is no arc about it. Empty: none.
+    /// By edge node: V is far smaller there than at the edge, so that the front is no arc about it. Empty:
+    /// none.
     std::vector<std::uint8_t> shaded{};
 
     /// Number of ordinary samples, without those of nodes at a body's edge.

@@ -42,9 +42,9 @@ class ColumnSight {
 bool in_line_of_sight(const TracedSurface& surface, const Vec3& point, const Vec3& normal,
                       const Vec3& direction, double spacing);
 
-/// Whether the line from a grid node at or inside the front along \p direction leads within a cell from its layer
-/// into one that is etched at less than half of its rate, such as a mask. The node is in that layer's shadow, even
-/// if the surface point nearest to it is the layer's lit edge.
+/// Whether the line from a grid node at or inside the front along \p direction leads within a cell from its
+/// layer into one that is etched at less than half of its rate, such as a mask. The node is in that layer's
+/// shadow, even if the surface point nearest to it is the layer's lit edge.
 /// \param rates  of etching by layer.
 bool enters_slower_layer(const levelset::MaterialStack& stack, std::span<const double> rates,
                          const Vec3& node, const Vec3& direction);
