@@ -95,11 +95,11 @@ std::vector<Sent> sent_in_plane(double exponent, const Vec3& across) {
 // An edge node, the face that stands for the edge, and the horizontal direction from the node to the edge.
 struct EdgeNode {
     Vec3 node, on_face, normal, across;
-    std::int32_t body;
 };
 
 // The fluxes of a species at a node over those at its face, of which \p flux is the first.
-double shade(const TracedSurface& surface, const EdgeNode& at, const flux::Species& species, double flux) {
+double shade(const TracedSurface& surface, const EdgeNode& at, std::span<const std::int32_t> inert,
+             const flux::Species& species, double flux) {
     if (!flux::is_untilted(species) || !species.bins.empty() || species.source_beta != 0.0) return 1.0;
     double flat = 0.0, seen = 0.0, hidden = 0.0;
     for (const auto& [towards, amount] : sent_in_plane(species.source_exponent, at.across)) {
@@ -109,7 +109,8 @@ double shade(const TracedSurface& surface, const EdgeNode& at, const flux::Speci
             continue;
         seen += arrives;
         const surface::RayHit out = flux::first_hit(*surface.scene, surface.box, at.node, towards);
-        if (out && surface.arriving->materials[out.triangle] != at.body) hidden += arrives;
+        if (out && std::ranges::count(inert, surface.arriving->materials[out.triangle]) > 0)
+            hidden += arrives;
     }
     if (!(flux > 0.0) || !(seen > 0.0)) return 1.0;
     return 1.0 - std::min(1.0, seen / flat / flux) * hidden / seen;
@@ -155,7 +156,8 @@ std::vector<std::uint8_t> choose_faces(const TracedSurface& surface, const level
 }
 
 std::vector<double> shade_nodes(const TracedSurface& surface, const levelset::MaterialStack& stack,
-                                std::span<const flux::Species> species, levelset::Extension& extension) {
+                                std::span<const flux::Species> species, std::span<const std::int32_t> inert,
+                                levelset::Extension& extension) {
     constexpr double kShaded = 0.65;  // least share of the fluxes for which a front from the edge is an arc
     const levelset::Domain& domain = stack.domain;
     const SurfaceFlux& arriving = *surface.arriving;
@@ -165,15 +167,12 @@ std::vector<double> shade_nodes(const TracedSurface& surface, const levelset::Ma
         levelset::SurfaceSample& sample = extension.samples[extension.plain() + k];
         const Vec3 low(domain.min[0], domain.min[1], 0.0), way = sample.foot.cast<double>(),
                                                            across(way.x(), way.y(), 0.0);
-        EdgeNode at{low + domain.spacing * sample.node.cast<double>(),
-                    {},
-                    Vec3::Zero(),
-                    across.normalized(),
-                    stack.layers[extension.body[k]].material};
+        EdgeNode at{low + domain.spacing * sample.node.cast<double>(), {}, Vec3::Zero(), across.normalized()};
+        const std::int32_t body = stack.layers[extension.body[k]].material;
         surface::SurfaceHit own;
         each_face(surface, domain, at.node + domain.spacing * way,
                   [&](const surface::SurfaceHit& hit, const Vec3& normal) {
-                      if (arriving.materials[hit.triangle] != at.body) return;
+                      if (arriving.materials[hit.triangle] != body) return;
                       if (!own || normal.dot(way) > at.normal.dot(way)) own = hit, at.normal = normal;
                   });
         if (!own || across.isZero(kNoWay)) return;
@@ -181,16 +180,17 @@ std::vector<double> shade_nodes(const TracedSurface& surface, const levelset::Ma
         const auto& x = surface.traced().vertices;
         at.on_face = (1.0 - own.u - own.v) * x[corners[0]] + own.u * x[corners[1]] + own.v * x[corners[2]] +
                      kOffFace * domain.spacing * at.normal;
-        sample.triangle = own.triangle;
-        sample.u = static_cast<float>(own.u), sample.v = static_cast<float>(own.v);
         double least = 1.0;
         for (std::size_t s = 0, tally = 0; s < species.size(); tally += flux::tally_count(species[s++])) {
             double& here = shades[k * species.size() + s];
             here =
-                shade(surface, at, species[s],
+                shade(surface, at, inert, species[s],
                       flux::interpolate(arriving.wedges, arriving.flux[tally], own.triangle, own.u, own.v));
             least = std::min(least, here);
         }
+        if (least == 1.0) return;
+        sample.triangle = own.triangle;
+        sample.u = static_cast<float>(own.u), sample.v = static_cast<float>(own.v);
         extension.shaded[k] = least < kShaded ? 1 : 0;
     });
     return shades;

@@ -22,16 +22,19 @@ namespace sidewall::app {
 std::vector<std::uint8_t> choose_faces(const TracedSurface& surface, const levelset::MaterialStack& stack,
                                        levelset::Extension& extension);
 
-/// Finds how much of what arrives beside an edge arrives at the nodes behind it, where the cover hides a
-/// part of the source: the front reaches a node at the speed that the fluxes at the node give its body.
+/// Finds how much of what arrives beside an edge arrives at the nodes behind it, where an inert cover hides
+/// a part of the source: the front reaches a node at the speed that the fluxes at the node give its body.
 ///
-/// The sample of a node is moved to the face of its body beside the edge that looks away from the node
-/// most, as its fluxes are known. Of these the share that comes straight from the source is taken in the
-/// vertical plane of the node and the edge, from the face and from the node. Sets Extension::shaded.
+/// Unless nothing is hidden, the sample of a node is moved to the face of its body beside the edge that looks
+/// away from the node most, whose fluxes are known. Of these the share that comes straight from the source is
+/// taken in the vertical plane of the node and the edge, from the face and from the node. Sets
+/// Extension::shaded.
+/// \param inert  the materials of covers; a film that is etched slowly opens soon, and does not count.
 /// \returns by edge node and species: the node's fluxes over those of its sample; 1 for tilted sources and
 ///     those of tables.
 /// \pre the surface has a scene and fluxes.
 std::vector<double> shade_nodes(const TracedSurface& surface, const levelset::MaterialStack& stack,
-                                std::span<const flux::Species> species, levelset::Extension& extension);
+                                std::span<const flux::Species> species, std::span<const std::int32_t> inert,
+                                levelset::Extension& extension);
 
 }  // namespace sidewall::app

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "flux/tracer/flight.hpp"
+#include "levelset/grid.hpp"
 
 namespace sidewall::app {
 namespace {

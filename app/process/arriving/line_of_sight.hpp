@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/process/arriving/traced_surface.hpp"
+#include "levelset/layers/stack.hpp"
 #include "surface/triangle_mesh.hpp"
 
 namespace sidewall::app {

@@ -259,6 +259,18 @@ bool keeps_edges(const Model& model) {
     });
 }
 
+// The materials that stay as they are where all fluxes are those on an open wafer; none if V is not of fluxes
+// alone.
+std::vector<std::int32_t> inert_materials(const Model& model, const levelset::MaterialStack& stack,
+                                          const SurfaceFlux& arriving) {
+    const std::vector<double> flux(arriving.flux.size(), 1.0);
+    std::vector<std::int32_t> inert;
+    if (model.speeds || model.depends_on_position || !arriving.coverage.empty()) return inert;
+    for (const levelset::Layer& layer : stack.layers)
+        if (model.speed({.material = layer.material, .flux = flux}) == 0.0) inert.push_back(layer.material);
+    return inert;
+}
+
 // The model's speed law at the samples.
 levelset::SpeedLaw law_at(const std::shared_ptr<const SamplePoints>& points, const Model& model,
                           const levelset::MaterialStack& stack, const TracedSurface& surface,
@@ -333,10 +345,12 @@ levelset::Motion motion_of_level(const Model& model, const levelset::MaterialSta
                                                                                 : Below::depths);
     std::vector<std::uint8_t> hidden;
     std::vector<double> shades;
-    if (direct)
+    if (direct) {
         hidden = choose_faces(surface, stack, extension);
-    else if (sharp && surface.arriving)
-        shades = shade_nodes(surface, stack, model.species, extension);
+    } else if (sharp && surface.arriving) {
+        const std::vector<std::int32_t> inert = inert_materials(model, stack, *surface.arriving);
+        if (!inert.empty()) shades = shade_nodes(surface, stack, model.species, inert, extension);
+    }
     const auto points =
         std::make_shared<const SamplePoints>(sample_points(model, stack, surface, extension, hidden, shades));
     levelset::SpeedLaw law = law_at(points, model, stack, surface, extension);
